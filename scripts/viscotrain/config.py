@@ -1,0 +1,486 @@
+"""The config of a study: what may be written, what it means, and what is wrong with it.
+
+The pydantic models below are the only place where a key's meaning, unit, range and default stand;
+`config/README.md` and `config/schema.json` are generated from them. Models are frozen and refuse
+unknown keys. What a single key may hold stands in the models, what keys must agree on in
+`config_problems`; one message lists every problem.
+
+This module imports neither NGSolve nor numpy: the workflow reads it for every job.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self, TypeVar
+
+import yaml
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+
+from viscotrain.config_problems import (
+    INFINITY,
+    Readable,
+    disagreements,
+    dotted,
+    inlined,
+    order_of_sections,
+    problem_of_key,
+)
+from viscotrain.errors import ConfigError
+from viscotrain.fluid import DimensionlessFluid, Scales, mean_spacing
+
+LARGEST_DRAWN_DEBORAH = 5.0  # above, stress strands are too thin to be seen in a figure
+
+# --------------------------------------------------------------------------------------- models
+
+
+def _key(
+    meaning: str,
+    *,
+    symbol: str | None = None,
+    unit: str | None = None,
+    allowed: str | None = None,
+    rule: str | None = None,
+    default: Any = ...,
+    **limits: Any,
+) -> Any:
+    """Declare a key; `allowed` replaces its range in words, `rule` adds to it."""
+    extra = {"symbol": symbol, "unit": unit, "allowed": allowed, "rule": rule}
+    extra = {name: text for name, text in extra.items() if text is not None}
+    return Field(default, description=meaning, json_schema_extra=extra, **limits)
+
+
+class _Section(BaseModel):
+    """A part of the config: immutable, no unknown keys, no conversion of wrong types."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+DeborahNumber = Annotated[float, Field(ge=0)]
+Distance = Annotated[
+    float,
+    Field(gt=1, allow_inf_nan=True, json_schema_extra={"allowed": "number > 1 or .inf"}),
+]
+VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
+Station = Annotated[float, Field(ge=0)]
+
+Item = TypeVar("Item")
+ListOf = Annotated[  # immutable, but written as a list
+    tuple[Item, ...], BeforeValidator(lambda value: tuple(value) if type(value) is list else value)
+]
+
+
+class ModeConfig(_Section):
+    """One Giesekus mode of the fluid."""
+
+    viscosity: float = _key("polymer viscosity of the mode", symbol="eta_k", unit="Pa s", gt=0)
+    relaxation_time: float = _key("relaxation time of the mode", symbol="lambda_k", unit="s", gt=0)
+    mobility: float = _key(
+        "Giesekus mobility of the mode; 0 is Oldroyd-B", symbol="alpha_k", unit="1", ge=0, lt=1
+    )
+
+
+class FluidConfig(_Section):
+    """The fluid: a Newtonian solvent and Giesekus modes."""
+
+    solvent_viscosity: float = _key("viscosity of the solvent", symbol="eta_s", unit="Pa s", gt=0)
+    modes: ListOf[ModeConfig] = _key(
+        "Giesekus modes in any order; an empty list is a Newtonian fluid"
+    )
+
+    @property
+    def zero_shear_viscosity(self) -> float:
+        """Solvent plus modes, eta_0, in Pa s."""
+        return self.solvent_viscosity + sum(mode.viscosity for mode in self.modes)
+
+    @property
+    def longest_relaxation_time(self) -> float:
+        """Of all modes, lambda_1, in s; NaN without modes."""
+        return max((mode.relaxation_time for mode in self.modes), default=math.nan)
+
+
+class ChannelConfig(_Section):
+    """The cylindrical channel."""
+
+    diameter: float = _key("inner diameter of the channel", symbol="D", unit="m", gt=0)
+    length: float = _key("length of the channel", symbol="L", unit="D", gt=0)
+
+
+class ParticleConfig(_Section):
+    """The spheres, all equal."""
+
+    diameter: float = _key(
+        "diameter of the spheres, less than channel.diameter", symbol="d", unit="m", gt=0
+    )
+
+
+class DeborahConfig(_Section):
+    """The Deborah numbers of the study."""
+
+    values: ListOf[DeborahNumber] = _key(
+        "Deborah numbers of the table; 0 is the Newtonian limit, and the only one without modes",
+        symbol="De",
+        unit="1",
+        min_length=1,
+        rule="ascending",
+    )
+    definition: Literal["longest_mode", "mean_relaxation_time"] = _key(
+        "relaxation time in De = time * Ubar/D: the longest one, or the mean over the modes "
+        "weighted by their viscosities. It holds for every De in this file",
+        default="longest_mode",
+    )
+
+
+class TableConfig(_Section):
+    """The grid of triplets whose velocities are computed."""
+
+    sp: ListOf[Distance] = _key(
+        "distances of the middle sphere to the trailing one, centre to centre; "
+        ".inf = no trailing neighbour",
+        symbol="sp",
+        unit="d",
+        min_length=2,
+        rule="ascending, the last one .inf",
+    )
+    sf: ListOf[Distance] = _key(
+        "distances of the leading sphere to the middle one, centre to centre; "
+        ".inf = no leading neighbour",
+        symbol="sf",
+        unit="d",
+        min_length=2,
+        rule="ascending, the last one .inf",
+    )
+    check: int = _key(
+        "geometries between the nodes that are solved to measure the interpolation error, each in "
+        "a cell of its own (so never more than the grid has cells); 0 switches it off",
+        default=3,
+        ge=0,
+    )
+    max_holes: int = _key(
+        "points (De, sp, sf) that may be missing from the table before the table step fails",
+        default=0,
+        ge=0,
+    )
+
+
+class DnsConfig(_Section):
+    """Resolution and solution of the flow around one triplet."""
+
+    velocity_order: int = _key(
+        "polynomial order of the velocity; pressure and conformation are one order below",
+        default=3,
+        ge=2,
+        le=6,
+    )
+    wall_size: float = _key(
+        "size of the elements far from the spheres", unit="D", default=0.15, gt=0, le=0.5
+    )
+    sphere_elements: int = _key("elements along the half circle of a sphere", default=12, ge=4)
+    gap_elements: int = _key("elements across the gap between two spheres", default=3, ge=3)
+    axis_size: float = _key(
+        "size of the elements on the axis near the spheres", unit="D", default=0.05, gt=0, le=0.5
+    )
+    margin: float = _key(
+        "distance of the outer spheres' centres to the periodic ends",
+        unit="D",
+        default=2.0,
+        ge=1,
+    )
+    tolerance: float = _key(
+        "residual and update at which an iteration has converged", default=1e-9, gt=0, le=1e-4
+    )
+    max_iterations: int = _key("iterations of one De step before it is given up", default=15, ge=1)
+    deborah_step: float = _key(
+        "largest ratio of successive De in the continuation", default=2.0, gt=1
+    )
+    save_fields: bool = _key(
+        "also write velocity, pressure and stress of every point as VTU", default=False
+    )
+
+
+class TrainsConfig(_Section):
+    """The simulated particle trains: one per (De, volume fraction)."""
+
+    deborah: ListOf[DeborahNumber] = _key(
+        "Deborah numbers of the trains",
+        symbol="De",
+        unit="1",
+        min_length=1,
+        rule="each one of deborah.values, none twice",
+    )
+    volume_fraction: ListOf[VolumeFraction] = _key(
+        "volume fractions of the injected spheres; the mean spacing (2/3) (d/D)^2/phi "
+        "must exceed contact, 1",
+        symbol="phi",
+        unit="1",
+        min_length=1,
+        rule="none twice",
+    )
+    stations: ListOf[Station] = _key(
+        "positions along the channel at which spacings are recorded",
+        symbol="z",
+        unit="D",
+        min_length=1,
+        rule="ascending, none beyond channel.length",
+    )
+    repeats: int = _key(
+        "independent trains per (De, volume fraction), for statistics", default=20, ge=1
+    )
+    seed: int = _key("seed of the random injection", default=1, ge=0)
+    passages: int = _key(
+        "spheres recorded per repeat, after the statistically steady state is reached",
+        default=1000,
+        ge=1,
+    )
+
+
+class FieldConfig(_Section):
+    """The point of the table whose mesh and stress field are drawn."""
+
+    sp: Distance = _key("distance to the trailing sphere, one of table.sp", symbol="sp", unit="d")
+    sf: Distance = _key("distance to the leading sphere, one of table.sf", symbol="sf", unit="d")
+    deborah: DeborahNumber = _key("Deborah number, one of deborah.values", symbol="De", unit="1")
+
+
+class FiguresConfig(_Section):
+    """Choices of the figures."""
+
+    field: FieldConfig | None = _key(
+        "point of the table whose mesh and stress field are drawn; "
+        "null = the closest triplet at the largest De up to 5",
+        default=None,
+    )
+
+
+class Study(_Section):
+    """A whole config, valid in itself; `load_study` and `parse_study` make one."""
+
+    study: str = _key(
+        "name of the study; results go to `results/<study>/`",
+        pattern="^[A-Za-z0-9][A-Za-z0-9_-]*$",
+        max_length=64,
+        allowed="text of letters, digits, - and _ (a name made of digits in quotes)",
+    )
+    fluid: FluidConfig
+    channel: ChannelConfig
+    particle: ParticleConfig
+    deborah: DeborahConfig
+    table: TableConfig
+    dns: DnsConfig = DnsConfig()
+    trains: TrainsConfig
+    figures: FiguresConfig = FiguresConfig()
+
+    @model_validator(mode="after")
+    def _agree(self) -> Self:
+        problems = disagreements(Readable(self.model_dump()))
+        if problems:
+            raise ConfigError("config", [str(problem) for problem in problems])
+        return self
+
+    @property
+    def confinement(self) -> float:
+        """Sphere diameter over channel diameter, beta = d/D."""
+        return self.particle.diameter / self.channel.diameter
+
+    @property
+    def dimensionless_fluid(self) -> DimensionlessFluid:
+        """The fluid in units of its zero-shear viscosity and longest relaxation time."""
+        return DimensionlessFluid.from_physical(self.fluid.solvent_viscosity, self.fluid.modes)
+
+    @property
+    def geometries(self) -> tuple[tuple[float, float], ...]:
+        """The grid of the table: all (sp, sf), sf running fastest."""
+        return tuple(itertools.product(self.table.sp, self.table.sf))
+
+    def deborah_longest_mode(self, deborah: float) -> float:
+        """De of the longest mode, lambda_1 Ubar/D, for a De in the config's definition."""
+        if self.deborah.definition == "longest_mode" or not self.fluid.modes:
+            return deborah
+        return deborah / self.dimensionless_fluid.mean_relaxation_time
+
+    def scales(self, deborah: float) -> Scales:
+        """Physical factors at a De in the config's definition."""
+        return Scales.at(
+            self.deborah_longest_mode(deborah),
+            self.dimensionless_fluid,
+            zero_shear_viscosity=self.fluid.zero_shear_viscosity,
+            longest_relaxation_time=self.fluid.longest_relaxation_time,
+            channel_diameter=self.channel.diameter,
+            particle_diameter=self.particle.diameter,
+        )
+
+    def mean_spacing(self, volume_fraction: float) -> float:
+        """s* of an equally spaced train, in d."""
+        return mean_spacing(self.confinement, volume_fraction)
+
+    def field_point(self) -> FieldConfig:
+        """The point of the table whose field is drawn: as configured, else chosen."""
+        if self.figures.field is not None:
+            return self.figures.field
+        moderate = [
+            deborah
+            for deborah in self.deborah.values
+            if self.deborah_longest_mode(deborah) <= LARGEST_DRAWN_DEBORAH
+        ]
+        return FieldConfig(
+            sp=self.table.sp[0],
+            sf=self.table.sf[0],
+            deborah=moderate[-1] if moderate else self.deborah.values[0],
+        )
+
+    def resolved_yaml(self) -> str:
+        """The config with every default written out, as YAML text that loads to the same study."""
+        return yaml.safe_dump(self.model_dump(), sort_keys=False, default_flow_style=None, width=99)
+
+
+# -------------------------------------------------------------------------------- names, points
+
+
+def number_name(value: float) -> str:
+    """The shortest text that reads back as `value`, for file names: 5, 1.1, inf.
+
+    Different numbers have different names.
+    """
+    return repr(float(value) + 0.0).removesuffix(".0")
+
+
+def geometry_name(sp: float, sf: float) -> str:
+    """File name of a geometry: sp1.1_sfinf."""
+    return f"sp{number_name(sp)}_sf{number_name(sf)}"
+
+
+def train_name(deborah: float, volume_fraction: float) -> str:
+    """File name of a train: De5_phi0.004."""
+    return f"De{number_name(deborah)}_phi{number_name(volume_fraction)}"
+
+
+def parse_distance(name: str) -> float:
+    """The distance in a file name, the inverse of `number_name`."""
+    return float(name)
+
+
+def check_geometries(study: Study) -> tuple[tuple[float, float], ...]:
+    """The `table.check` geometries between the nodes, where interpolation is compared with DNS.
+
+    Each lies in the middle, in 1/s, of a cell of its own. The first cell is the one next to
+    contact; the others follow a low-discrepancy sequence (R2, M. Roberts 2018), so a larger number
+    keeps the earlier points. Cells that reach to infinity count only where an axis has no other.
+    """
+    cells_sp, cells_sf = _cell_middles(study.table.sp), _cell_middles(study.table.sf)
+    wanted = min(study.table.check, len(cells_sp) * len(cells_sf))
+    plastic = 1.324717957244746  # root of x^3 = x + 1, from which R2 takes its two steps
+    chosen: dict[tuple[float, float], None] = {}
+    for k in itertools.count():
+        if len(chosen) == wanted:
+            return tuple(chosen)
+        sp = cells_sp[int(k / plastic % 1 * len(cells_sp))]
+        sf = cells_sf[int(k / plastic**2 % 1 * len(cells_sf))]
+        chosen[sp, sf] = None
+
+
+def _cell_middles(nodes: Sequence[float]) -> list[float]:
+    """Middles in 1/s, to four digits, of the cells between finite nodes."""
+    finite = [s for s in nodes if math.isfinite(s)]
+    nodes = finite if len(finite) > 1 else [*finite, INFINITY]
+    middles = []
+    for low, high in itertools.pairwise(nodes):
+        middle = 2 / (1 / low + 1 / high)
+        rounded = float(f"{middle:.4g}")
+        middles.append(rounded if low < rounded < high else middle)
+    return middles
+
+
+# ------------------------------------------------------------------------------------- reading
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """JSON schema of the config, from the models."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **Study.model_json_schema(),
+        "title": "viscotrain study",
+        "description": "Config of a viscotrain study.",
+    }
+
+
+def load_study(path: str | Path) -> Study:
+    """Read and check a YAML file.
+
+    Raises:
+        ConfigError: The file or its content is wrong; one message lists every problem.
+    """
+    data, repeated = read_yaml(path)
+    return parse_study(data, source=str(path), known_problems=repeated)
+
+
+def parse_study(data: Any, source: str = "config", known_problems: Sequence[str] = ()) -> Study:
+    """Check a config that has been read already, as Snakemake does.
+
+    Args:
+        data: The mapping of keys to values.
+        source: What the error message calls the config.
+        known_problems: Lines to put before the problems found here, as `read_yaml` returns them.
+
+    Raises:
+        ConfigError: One message lists every problem by key: what was found, what is allowed.
+    """
+    study, problems = None, []
+    try:
+        study = Study.model_validate(data)
+    except ValidationError as error:
+        # The one value error is `Study._agree`, whose checks are repeated here in any case.
+        wrong = [e for e in error.errors(include_url=False) if e["type"] != "value_error"]
+        words = inlined(schema())
+        problems = [problem_of_key(e, words) for e in wrong]
+        problems += disagreements(Readable(data, wrong={e["loc"] for e in wrong}))
+        problems.sort(key=order_of_sections(words))
+    lines = [*known_problems, *map(str, problems)]
+    if study is None or lines:
+        raise ConfigError(source, lines)
+    return study
+
+
+def read_yaml(path: str | Path) -> tuple[Any, list[str]]:
+    """Content of a YAML file, and a line of text for every key that stands there twice.
+
+    Raises:
+        ConfigError: There is no such file, or it is not YAML.
+    """
+    try:
+        text = Path(path).read_bytes()
+    except OSError as error:
+        raise ConfigError(str(path), [f"cannot be read: {error.strerror}"]) from error
+    try:
+        return yaml.safe_load(text), list(_repeated_keys(yaml.compose(text, yaml.SafeLoader)))
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        raise ConfigError(str(path), [f"not YAML: {where}{error.problem}"]) from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        reason = " ".join(str(error).split())
+        raise ConfigError(str(path), [f"not YAML: {reason}"]) from error
+
+
+def _repeated_keys(node: yaml.Node | None, path: tuple = ()) -> Iterator[str]:
+    """Keys that occur twice in a mapping; the YAML reader itself keeps the last, silently."""
+    if isinstance(node, yaml.MappingNode):
+        first_line: dict[str, int] = {}
+        for key, value in node.value:
+            name, line = str(key.value), key.start_mark.line + 1
+            if name in first_line:
+                lines = f"lines {first_line[name]} and {line}"
+                yield f"{dotted((*path, name))}: found twice, in {lines}; allowed: once"
+            first_line.setdefault(name, line)
+            yield from _repeated_keys(value, (*path, name))
+    elif isinstance(node, yaml.SequenceNode):
+        for index, item in enumerate(node.value):
+            yield from _repeated_keys(item, (*path, index))

@@ -1,0 +1,38 @@
+"""Exceptions of viscotrain: one base class, and each child also is a standard exception."""
+
+from collections.abc import Sequence
+
+
+class ViscotrainError(Exception):
+    """Base class of everything that viscotrain raises on purpose."""
+
+
+class ConfigError(ViscotrainError, ValueError):
+    """A config is wrong; the message lists all its problems, one per line.
+
+    Args:
+        source: What was read, usually the file's path.
+        problems: One line of text per problem, each beginning with the key it is about.
+    """
+
+    def __init__(self, source: str, problems: Sequence[str]):
+        self.source = source
+        self.problems = tuple(problems)
+        count = f"{len(self.problems)} problem" + ("s" if len(self.problems) != 1 else "")
+        super().__init__("\n".join([f"{source}: {count}", *(f"  {p}" for p in self.problems)]))
+
+    def __reduce__(self):
+        """Rebuild from the two arguments: jobs send exceptions between processes."""
+        return type(self), (self.source, self.problems)
+
+
+class FluidError(ViscotrainError, ValueError):
+    """A set of fluid parameters has no meaning."""
+
+
+class TableError(ViscotrainError, ValueError):
+    """A velocity table cannot be built, or is asked for what it does not hold."""
+
+
+class GeometryError(ViscotrainError, ValueError):
+    """Spheres that do not fit."""

@@ -1,0 +1,99 @@
+"""The Giesekus law in log-conformation variables, without eigenvectors.
+
+Mode k has the conformation c = I + (lambda_k/eta_k) tau_k = exp(psi). With psi in place of tau_k the
+conformation is positive definite by construction, whatever the solver does. In the (z, r) plane
+
+    psi = [[m + a, b], [b, m - a]],   theta = psi_tt,   delta^2 = a^2 + b^2,
+    S = sinh(delta)/delta,   C = cosh(delta),   g = (delta coth(delta) - 1)/delta^2,
+    c_zz, c_rr = e^m (C +- S a),   c_zr = e^m S b,   c_tt = e^theta,
+
+and with e = (D_zz - D_rr)/2, f = D_zr and the vorticity w the law reads
+
+    Dm/Dt     = D_zz + D_rr               - [alpha e^m C - (1 - alpha) e^-m C + 1 - 2 alpha]/lambda
+    Da/Dt     = 2 e - 2 g (f a - e b) b + 2 w b - [alpha e^m + (1 - alpha) e^-m] S a/lambda
+    Db/Dt     = 2 f + 2 g (f a - e b) a - 2 w a - [alpha e^m + (1 - alpha) e^-m] S b/lambda
+    Dtheta/Dt = 2 D_tt                    - [alpha e^theta - (1 - alpha) e^-theta + 1 - 2 alpha]/lambda
+
+(two-dimensional form of Fattal & Kupferman, J. Non-Newtonian Fluid Mech. 123, 2004, 281, and Hulsen,
+Fattal & Kupferman, 127, 2005, 27; free of eigenvectors like Knechtges, Behr & Elgeti, 214, 2014, 78).
+Viscosities are in eta_0, times in D/Ubar, stresses in eta_0 Ubar/D.
+"""
+
+from typing import NamedTuple
+
+from ngsolve import CoefficientFunction, IfPos, cosh, exp, sinh, sqrt
+
+from viscotrain.axisymmetry import Tensor
+
+SMALL_DELTA_SQUARED = 1e-2  # below, power series: closed forms of S and g are 0/0 at equilibrium
+
+
+class LogConformation(NamedTuple):
+    """psi of one mode, or a rate of change of it, or test functions for it."""
+
+    m: CoefficientFunction
+    a: CoefficientFunction
+    b: CoefficientFunction
+    theta: CoefficientFunction
+
+
+def _even_functions(delta_squared):
+    """S, C and g, smooth with all derivatives at delta = 0; series exact to 1e-12."""
+    q = delta_squared
+    delta = sqrt(IfPos(q - SMALL_DELTA_SQUARED, q, 1.0))
+
+    def choose(closed, series):
+        return IfPos(q - SMALL_DELTA_SQUARED, closed, series)
+
+    S = choose(sinh(delta) / delta, 1 + q / 6 * (1 + q / 20 * (1 + q / 42 * (1 + q / 72))))
+    C = choose(cosh(delta), 1 + q / 2 * (1 + q / 12 * (1 + q / 30 * (1 + q / 56))))
+    g = choose(
+        (delta * cosh(delta) / sinh(delta) - 1) / delta**2,
+        1 / 3 - q / 45 + 2 * q**2 / 945 - q**3 / 4725 + 2 * q**4 / 93555,
+    )
+    return S, C, g
+
+
+def conformation(psi: LogConformation) -> Tensor:
+    """C = exp(psi)."""
+    m, a, b, theta = psi
+    S, C, _ = _even_functions(a * a + b * b)
+    return Tensor(
+        zz=exp(m) * (C + S * a), rr=exp(m) * (C - S * a), tt=exp(theta), zr=exp(m) * S * b
+    )
+
+
+def polymer_stress(psi: LogConformation, viscosity, relaxation_time) -> Tensor:
+    """Tau = (eta/lambda) (c - I) of one mode."""
+    modulus = viscosity / relaxation_time
+    c = conformation(psi)
+    return Tensor(
+        zz=modulus * (c.zz - 1),
+        rr=modulus * (c.rr - 1),
+        tt=modulus * (c.tt - 1),
+        zr=modulus * c.zr,
+    )
+
+
+def evolution(psi: LogConformation, D: Tensor, w, relaxation_time, mobility) -> LogConformation:
+    """Material derivative of psi in a flow with rate of deformation D and vorticity w."""
+    m, a, b, theta = psi
+    lam, alpha = relaxation_time, mobility
+    S, C, g = _even_functions(a * a + b * b)
+    e, f = (D.zz - D.rr) / 2, D.zr
+    turn = g * (f * a - e * b)
+    recoil = (alpha * exp(m) + (1 - alpha) * exp(-m)) * S / lam
+    return LogConformation(
+        m=D.zz + D.rr - (alpha * exp(m) * C - (1 - alpha) * exp(-m) * C + 1 - 2 * alpha) / lam,
+        a=2 * e - 2 * turn * b + 2 * w * b - recoil * a,
+        b=2 * f + 2 * turn * a - 2 * w * a - recoil * b,
+        theta=2 * D.tt - (alpha * exp(theta) - (1 - alpha) * exp(-theta) + 1 - 2 * alpha) / lam,
+    )
+
+
+def slow_flow(D: Tensor, relaxation_time) -> LogConformation:
+    """Psi = 2 lambda D, the limit of vanishing Deborah number."""
+    lam = relaxation_time
+    return LogConformation(
+        m=lam * (D.zz + D.rr), a=lam * (D.zz - D.rr), b=2 * lam * D.zr, theta=2 * lam * D.tt
+    )

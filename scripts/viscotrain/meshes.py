@@ -1,0 +1,148 @@
+"""Geometry of the triplet in its periodic box, and curved meshes of it.
+
+The half plane 0 <= r <= 1/2 of a tube, periodic in z, less a half disk per sphere on the axis.
+Lengths are in D. Boundaries have names: axis, wall, inlet, outlet, and one per sphere; elements
+are small at the spheres, across the gaps, and along the axis, where strands of stretched fluid run.
+"""
+
+import math
+from dataclasses import dataclass
+
+import netgen.meshing
+import ngsolve
+import numpy as np
+from netgen.occ import IdentificationType, OCCGeometry, WorkPlane, gp_Trsf, gp_Vec
+
+from viscotrain.errors import GeometryError
+from viscotrain.fluid import CHANNEL_RADIUS
+
+TRIPLET = ("trailing", "middle", "leading")  # along the flow
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Spheres of one size on the axis of a periodic piece of tube.
+
+    Args:
+        confinement: Sphere over channel diameter, beta = d/D.
+        spheres: Names of the spheres, along the flow.
+        positions: z of their centres, in D, ascending.
+        length: Periodic length of the box, in D.
+        reference: Name of the sphere in whose frame the flow is solved; None without spheres.
+    """
+
+    confinement: float
+    spheres: tuple[str, ...]
+    positions: tuple[float, ...]
+    length: float
+    reference: str | None
+
+    def __post_init__(self):
+        if not all(high > low for low, high in self.free_axis):
+            raise GeometryError(
+                f"spheres of diameter {self.confinement} D at z/D = {self.positions} overlap, "
+                f"or leave the box of length {self.length} D"
+            )
+
+    @classmethod
+    def triplet(cls, confinement: float, sp: float, sf: float, margin: float) -> "Geometry":
+        """Trailing, middle and leading sphere; an infinite distance leaves out a sphere.
+
+        Args:
+            confinement: beta = d/D.
+            sp: (z2 - z1)/d, or infinite.
+            sf: (z3 - z2)/d, or infinite.
+            margin: Distance of the outer centres to the periodic ends, in D.
+        """
+        offsets = {"trailing": -sp * confinement, "middle": 0.0, "leading": sf * confinement}
+        present = tuple(name for name in TRIPLET if math.isfinite(offsets[name]))
+        first = offsets[present[0]]
+        positions = tuple(margin + offsets[name] - first for name in present)
+        return cls(confinement, present, positions, positions[-1] + margin, reference="middle")
+
+    @property
+    def radius(self) -> float:
+        """Sphere radius in D."""
+        return self.confinement / 2
+
+    @property
+    def moving_spheres(self) -> tuple[str, ...]:
+        """Names of the spheres that move in the frame of the reference sphere."""
+        return tuple(name for name in self.spheres if name != self.reference)
+
+    @property
+    def free_axis(self) -> list[tuple[float, float]]:
+        """Pieces (z_low, z_high) of the axis outside of the spheres, from end to end."""
+        a = self.radius
+        starts = [0.0, *(z + a for z in self.positions)]
+        ends = [*(z - a for z in self.positions), self.length]
+        return list(zip(starts, ends, strict=True))
+
+    @property
+    def gaps(self) -> list[tuple[float, float]]:
+        """Pieces (z_low, z_high) of the axis between neighbouring spheres."""
+        return self.free_axis[1:-1]
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """Element sizes; meaning and defaults stand in `config.DnsConfig`."""
+
+    wall_size: float
+    axis_size: float
+    sphere_elements: int
+    gap_elements: int
+
+
+def make_mesh(geometry: Geometry, options: MeshOptions, order: int) -> ngsolve.Mesh:
+    """Triangles, curved with polynomials of the given order on the spheres."""
+    mesh = ngsolve.Mesh(_outline(geometry, options).GenerateMesh(mp=_sizes(geometry, options)))
+    mesh.Curve(order)
+    return mesh
+
+
+def _outline(geometry: Geometry, options: MeshOptions) -> OCCGeometry:
+    """The half plane with named boundaries, inlet and outlet identified."""
+    plane = WorkPlane()
+    for z in geometry.positions:
+        plane.LineTo(z - geometry.radius, 0).Direction(0, 1).Arc(geometry.radius, -180)
+        plane.Direction(1, 0)
+    plane.LineTo(geometry.length, 0).LineTo(geometry.length, CHANNEL_RADIUS)
+    face = plane.LineTo(0, CHANNEL_RADIUS).Close().Face()
+    named = {}
+    for edge in face.edges:
+        edge.name = _boundary_name(geometry, edge.center.x, edge.center.y)
+        named[edge.name] = edge
+        if edge.name == "axis":
+            edge.maxh = options.axis_size
+        elif edge.name in geometry.spheres:
+            edge.maxh = math.pi * geometry.radius / options.sphere_elements
+    shift = gp_Trsf.Translation(gp_Vec(geometry.length, 0, 0))
+    named["inlet"].Identify(named["outlet"], "periodic", IdentificationType.PERIODIC, shift)
+    return OCCGeometry(face, dim=2)
+
+
+def _boundary_name(geometry: Geometry, z: float, r: float) -> str:
+    """Name of the edge whose centre of mass is (z, r)."""
+    tiny = 1e-9
+    if r < tiny:
+        return "axis"
+    if r > CHANNEL_RADIUS - tiny:
+        return "wall"
+    if z < tiny:
+        return "inlet"
+    if z > geometry.length - tiny:
+        return "outlet"
+    distances = np.abs(np.array(geometry.positions) - z)
+    return geometry.spheres[int(np.argmin(distances))]
+
+
+def _sizes(geometry: Geometry, options: MeshOptions) -> netgen.meshing.MeshingParameters:
+    """Element size in the bulk and, at points along them, in the gaps."""
+    parameters = netgen.meshing.MeshingParameters(maxh=options.wall_size, grading=0.3)
+    for low, high in geometry.gaps:
+        size = (high - low) / options.gap_elements
+        if size < options.axis_size:
+            for z in np.linspace(low, high, 2 * options.gap_elements + 1):
+                parameters.RestrictH(x=z, y=0, z=0, h=size)
+    return parameters

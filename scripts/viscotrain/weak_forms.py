@@ -1,0 +1,80 @@
+"""Weak forms of the flow, one function per physical term; each returns an integrand.
+
+Trial functions u, p, psi; test functions v, q, chi. In the frame of one sphere (see `dns`)
+
+    0 = viscous(eta_s) + sum_k polymer(tau_k) + pressure + incompressibility + flow_rate    (momentum)
+    0 = transport(psi_k)   for each mode k                                                 (constitutive)
+
+Integration by parts leaves the traction on the boundaries. On a boundary where u_z is one unknown
+(a sphere, the wall) the natural condition is the total force, not the traction: zero for a sphere.
+"""
+
+from ngsolve import CoefficientFunction
+
+from viscotrain.axisymmetry import (
+    CROSS_SECTION,
+    Tensor,
+    Velocity,
+    advect,
+    boundary_integral,
+    contract,
+    divergence,
+    rate_of_deformation,
+)
+from viscotrain.giesekus import LogConformation
+
+
+def viscous(viscosity, u: Velocity, v: Velocity) -> CoefficientFunction:
+    """2 eta D(u) : D(v)."""
+    return 2 * viscosity * contract(rate_of_deformation(u), rate_of_deformation(v))
+
+
+def polymer(tau: Tensor, v: Velocity) -> CoefficientFunction:
+    """Tau : D(v)."""
+    return contract(tau, rate_of_deformation(v))
+
+
+def pressure(p, v: Velocity) -> CoefficientFunction:
+    """-p div v."""
+    return -p * divergence(v)
+
+
+def incompressibility(u: Velocity, q) -> CoefficientFunction:
+    """-q div u; the sign makes the Newtonian matrix symmetric."""
+    return -q * divergence(u)
+
+
+def flow_rate(u: Velocity, v: Velocity, drop, drop_test, *, mean_velocity, length):
+    """Impose the mean velocity relative to the wall; its multiplier is the pressure drop.
+
+    `drop` is the pressure drop over the periodic length. It drives the fluid at the inlet, and the
+    wall, whose velocity in the frame of the sphere is an unknown, carries the opposite force:
+
+        drop [int_inlet v_z r - v_wall A] + drop_test [int_inlet (u_z - mean) r - u_wall A],
+
+    A = `CROSS_SECTION`; the values at the wall are written as means over its length.
+    """
+    area_per_wall = CROSS_SECTION / (length * 0.5)
+    return boundary_integral(
+        drop * v.z + drop_test * (u.z - mean_velocity), "inlet"
+    ) - boundary_integral(area_per_wall * (drop * v.z + drop_test * u.z), "wall")
+
+
+def transport(
+    psi, chi, u: Velocity, mesh_velocity: Velocity, rate: LogConformation
+) -> list[CoefficientFunction]:
+    """[(u - w) . grad psi - rate] chi, one integrand per component of psi.
+
+    The time derivative at a fixed point of the mesh, which moves with w, is the term that the
+    quasi-steady problem drops.
+    """
+    relative = Velocity(z=u.z - mesh_velocity.z, r=u.r - mesh_velocity.r)
+    return [
+        (advect(relative, component) - change) * test
+        for component, test, change in zip(psi, chi, rate, strict=True)
+    ]
+
+
+def follow(u: Velocity, speed, test, sphere: str):
+    """(W - u_z) W_test on a sphere: makes its velocity an unknown that the mesh can move with."""
+    return boundary_integral((speed - u.z) * test, sphere)
