@@ -171,22 +171,43 @@ class TableConfig(_Section):
     )
 
 
-class DnsConfig(_Section):
-    """Resolution and solution of the flow around one triplet."""
+class HighDeborahConfig(_Section):
+    """Resolution where stress strands and layers are thin."""
 
-    velocity_order: int = _key(
-        "polynomial order of the velocity; pressure and conformation are one order below",
-        default=3,
-        ge=2,
-        le=6,
+    above: float = _key(
+        "largest Deborah number, in the study's definition, of ordinary resolution. A study "
+        "beyond it has the element sizes given here, and this order beyond it",
+        symbol="De",
+        default=10.0,
+        gt=0,
+    )
+    velocity_order: int = _key("polynomial order of the velocity", default=4, ge=2, le=6)
+    sphere_elements: int = _key("elements along the half circle of a sphere", default=16, ge=4)
+    axis_size: float = _key(
+        "size of the elements on the axis", unit="D", default=0.04, gt=0, le=0.5
     )
     wall_size: float = _key(
         "size of the elements far from the spheres", unit="D", default=0.15, gt=0, le=0.5
     )
-    sphere_elements: int = _key("elements along the half circle of a sphere", default=12, ge=4)
-    gap_elements: int = _key("elements across the gap between two spheres", default=3, ge=3)
+
+
+class DnsConfig(_Section):
+    """Resolution and solution of the flow around one triplet."""
+
+    velocity_order: int = _key(
+        "polynomial order of the velocity; pressure and conformation are one order below. "
+        "De = 0 is solved two orders higher",
+        default=3,
+        ge=2,
+        le=6,
+    )
+    sphere_elements: int = _key("elements along the half circle of a sphere", default=14, ge=4)
     axis_size: float = _key(
-        "size of the elements on the axis near the spheres", unit="D", default=0.05, gt=0, le=0.5
+        "size of the elements on the axis", unit="D", default=0.07, gt=0, le=0.5
+    )
+    gap_elements: int = _key("elements across the gap between two spheres", default=3, ge=3)
+    wall_size: float = _key(
+        "size of the elements far from the spheres", unit="D", default=0.2, gt=0, le=0.5
     )
     margin: float = _key(
         "distance of the outer spheres' centres to the periodic ends",
@@ -194,12 +215,16 @@ class DnsConfig(_Section):
         default=2.0,
         ge=1,
     )
+    high_deborah: HighDeborahConfig = HighDeborahConfig()
     tolerance: float = _key(
-        "residual and update at which an iteration has converged", default=1e-9, gt=0, le=1e-4
+        "update, rms over the unknowns, at which an iteration has converged",
+        default=1e-7,
+        gt=0,
+        le=1e-4,
     )
-    max_iterations: int = _key("iterations of one De step before it is given up", default=15, ge=1)
+    max_iterations: int = _key("iterations of one De step before it is given up", default=20, ge=1)
     deborah_step: float = _key(
-        "largest ratio of successive De in the continuation", default=2.0, gt=1
+        "largest ratio of successive De in the continuation", default=3.0, gt=1
     )
     save_fields: bool = _key(
         "also write velocity, pressure and stress of every point as VTU", default=False
@@ -320,6 +345,16 @@ class Study(_Section):
     def mean_spacing(self, volume_fraction: float) -> float:
         """s* of an equally spaced train, in d."""
         return mean_spacing(self.confinement, volume_fraction)
+
+    def dns_settings(self) -> dict[str, Any]:
+        """What the result of one geometry depends on, as plain data."""
+        used = {"fluid": True, "channel": {"diameter"}, "particle": True}
+        return self.model_dump(mode="json", include=used | {"deborah": True, "dns": True})
+
+    def trains_settings(self) -> dict[str, Any]:
+        """What one train depends on, given the table, as plain data."""
+        used = {"stations", "repeats", "seed", "passages"}
+        return self.trains.model_dump(include=used) | {"length": self.channel.length}
 
     def field_point(self) -> FieldConfig:
         """The point of the table whose field is drawn: as configured, else chosen."""

@@ -36,3 +36,11 @@ class TableError(ViscotrainError, ValueError):
 
 class GeometryError(ViscotrainError, ValueError):
     """Spheres that do not fit."""
+
+
+class TrainError(ViscotrainError, ValueError):
+    """A train cannot be simulated as asked."""
+
+
+class SolutionError(ViscotrainError, RuntimeError):
+    """A flow that is needed was not solved."""

@@ -102,6 +102,9 @@ class DimensionlessFluid:
         return weighted / sum(mode.viscosity for mode in self.modes)
 
 
+NEWTONIAN = DimensionlessFluid(solvent=1.0)
+
+
 def mean_spacing(confinement: float, volume_fraction: float) -> float:
     """Centre-to-centre distance, in d, of equally spaced spheres in a tube.
 

@@ -13,9 +13,11 @@ import subprocess
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
+# What an edit must repeat; a stage whose input changes is repeated anyway.
 PHYSICS = (  # modules that decide the numbers of the direct numerical simulation
     "axisymmetry",
     "dns",
+    "flow",
     "fluid",
     "giesekus",
     "meshes",
@@ -23,7 +25,8 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
     "pipe",
     "weak_forms",
 )
-TRAINS = ("interpolation", "trains")  # ... and of the trains, given the table
+TABLE = ("interpolation", "table")  # ... the table, given those
+TRAINS = ("interpolation", "trains")  # ... the trains, given the table
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")
 
 

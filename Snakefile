@@ -1,0 +1,57 @@
+"""viscotrain: from a fluid, a channel and a particle to verified velocities, trains and figures."""
+
+import sys
+
+sys.path.insert(0, f"{workflow.basedir}/scripts")
+
+from snakemake.exceptions import WorkflowError
+
+from viscotrain import provenance
+from viscotrain.config import (
+    check_geometries,
+    geometry_name,
+    number_name,
+    parse_study,
+    read_yaml,
+    train_name,
+)
+from viscotrain.errors import ConfigError
+
+# A config given with --configfile replaces the demo: no key of one leaks into the other.
+if not workflow.configfiles:
+
+    configfile: "config/config.yaml"
+
+
+try:
+    STUDY = parse_study(
+        config,
+        source=", ".join(map(str, workflow.configfiles)),
+        known_problems=[line for path in workflow.configfiles for line in read_yaml(path)[1]],
+    )
+except ConfigError as error:
+    raise WorkflowError(str(error)) from None
+
+RESULTS = f"results/{STUDY.study}"
+
+
+rule all:
+    input:
+        f"{RESULTS}/summary.txt",
+    default_target: True
+
+
+include: "workflow/rules/dns.smk"
+include: "workflow/rules/table.smk"
+include: "workflow/rules/trains.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/summary.smk"
+
+
+onsuccess:
+    if os.path.exists(f"{RESULTS}/summary.txt"):
+        print(open(f"{RESULTS}/summary.txt", encoding="utf-8").read())
+
+
+onerror:
+    print(f"What failed is in the logs: {RESULTS}/logs/. Run again to go on from here.")

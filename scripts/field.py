@@ -1,0 +1,39 @@
+"""Dns stage, for a figure: mesh and fields at one point of the table.
+
+From the command line: python scripts/field.py --configfile config/config.yaml OUTPUT
+"""
+
+import argparse
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolve are imported
+
+from ngsolve import SetNumThreads
+
+from viscotrain import datasets
+from viscotrain.command import reporting
+from viscotrain.config import Study, load_study, parse_study
+from viscotrain.simulation import field
+
+
+def main(study: Study, output: str):
+    """Solve the point that the config names and write its fields."""
+    SetNumThreads(1)
+    point = study.field_point()
+    datasets.write(field(study, point.sp, point.sf, point.deborah, report=print), output)
+
+
+def _command_line():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--configfile", required=True, help="config of the study")
+    parser.add_argument("output", help="netCDF file to write")
+    arguments = parser.parse_args()
+    with reporting():
+        main(load_study(arguments.configfile), arguments.output)
+
+
+if "snakemake" in globals():
+    with reporting(snakemake.log[0]):  # noqa: F821
+        main(parse_study(snakemake.config), snakemake.output[0])  # noqa: F821
+elif __name__ == "__main__":
+    _command_line()

@@ -1,0 +1,68 @@
+"""What a run made: points solved, holes, accuracy, trains, where the figures are.
+
+From the command line:
+python scripts/summary.py --table TABLE --trains TRAINS... --timing CSV... --figures PNG... OUTPUT
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+import xarray as xr
+
+from viscotrain import table
+from viscotrain.command import reporting
+from viscotrain.trains import headline
+
+
+def main(
+    velocity_table: str,
+    trains: Sequence[str],
+    timing: Sequence[str],
+    figures: Sequence[str],
+    output: str,
+):
+    """Write the summary and print it."""
+    velocities = xr.load_dataset(velocity_table)
+    points, missing = velocities["status"].size, len(list(table.holes(velocities)))
+    cpu = sum(pd.read_csv(path)["cpu_seconds"].sum() for path in timing)
+    lines = [
+        str(velocities.attrs["title"]),
+        f"  points solved   {points - missing} of {points}, {missing} holes",
+        f"  interpolation   {table.largest_check_error(velocities)}",
+        f"  simulation      {cpu:.0f} CPU s for {len(timing)} geometries",
+        f"  table           {velocity_table}",
+    ]
+    for path in trains:
+        lines += [f"  train           {path}", f"                  {headline(xr.load_dataset(path))}"]
+    if figures:
+        lines.append(f"  figures         {len(figures)} in {Path(figures[0]).parent}/")
+    text = "\n".join(lines)
+    Path(output).write_text(text + "\n", encoding="utf-8")
+    print(text)
+
+
+def _command_line():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--table", required=True, help="velocity table")
+    parser.add_argument("--trains", nargs="*", default=[], help="netCDF files of the trains")
+    parser.add_argument("--timing", nargs="*", default=[], help="CSV files of the dns stage")
+    parser.add_argument("--figures", nargs="*", default=[], help="PNG files")
+    parser.add_argument("output", help="text file to write")
+    a = parser.parse_args()
+    with reporting():
+        main(a.table, a.trains, a.timing, a.figures, a.output)
+
+
+if "snakemake" in globals():
+    with reporting(snakemake.log[0]):  # noqa: F821
+        main(
+            snakemake.input.table,  # noqa: F821
+            snakemake.input.trains,  # noqa: F821
+            snakemake.input.timing,  # noqa: F821
+            snakemake.input.figures,  # noqa: F821
+            snakemake.output[0],  # noqa: F821
+        )
+elif __name__ == "__main__":
+    _command_line()

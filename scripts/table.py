@@ -1,0 +1,54 @@
+"""Table stage: results of all geometries -> velocity table, with its interpolation error.
+
+From the command line: python scripts/table.py --configfile config/config.yaml OUTPUT DNS_FILE...
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from viscotrain import datasets, provenance, table
+from viscotrain.command import reporting
+from viscotrain.config import Study, load_study, parse_study
+
+
+def main(study: Study, results: Sequence[str | Path], output: str | Path):
+    """Combine the files of the grid's geometries; those off the grid check the interpolation."""
+    on_grid, between = [], []
+    for path in results:
+        result = xr.load_dataset(path)
+        geometry = float(result["sp"]), float(result["sf"])
+        (on_grid if geometry in study.geometries else between).append(result)
+    velocities = table.combine(
+        on_grid,
+        sp=study.table.sp,
+        sf=study.table.sf,
+        deborah=study.deborah.values,
+        max_holes=study.table.max_holes,
+        attributes=provenance.attributes(
+            f"velocity table of study {study.study}", study.resolved_yaml()
+        ),
+    )
+    if between:
+        velocities = table.check_errors(velocities, between)
+    datasets.write(velocities, output)
+    print(table.summary(velocities))
+
+
+def _command_line():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--configfile", required=True, help="config of the study")
+    parser.add_argument("output", help="velocity table to write")
+    parser.add_argument("results", nargs="+", help="netCDF files of the dns stage")
+    arguments = parser.parse_args()
+    with reporting():
+        main(load_study(arguments.configfile), arguments.results, arguments.output)
+
+
+if "snakemake" in globals():
+    with reporting(snakemake.log[0]):  # noqa: F821
+        main(parse_study(snakemake.config), snakemake.input, snakemake.output[0])  # noqa: F821
+elif __name__ == "__main__":
+    _command_line()

@@ -1,0 +1,77 @@
+"""Trains stage: velocity table -> trains at one Deborah number and volume fraction.
+
+From the command line:
+python scripts/trains.py --configfile config/config.yaml --deborah 5 --volume-fraction 0.004 \
+    TABLE OUTPUT
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+from viscotrain import datasets, provenance, trains
+from viscotrain.command import reporting
+from viscotrain.config import Study, load_study, parse_study
+from viscotrain.interpolation import VelocityTable
+
+
+def main(
+    study: Study, deborah: float, volume_fraction: float, table: str | Path, output: str | Path
+):
+    """Simulate all repeats and write them with their statistics."""
+    started = time.process_time()
+    velocities = VelocityTable.open(table)
+    result = trains.run(
+        velocities.at(deborah),
+        confinement=study.confinement,
+        volume_fraction=volume_fraction,
+        centreline_velocity=velocities.centreline_velocity(deborah),
+        length=study.channel.length,
+        stations=study.trains.stations,
+        passages=study.trains.passages,
+        repeats=study.trains.repeats,
+        seed=study.trains.seed,
+        factors=[
+            ("deborah", deborah, "1", "Deborah number, as the study defines it"),
+            *study.scales(deborah).quantities(),
+        ],
+        attributes=provenance.attributes(
+            f"trains of study {study.study} at De = {deborah:g}, phi = {volume_fraction:g}",
+            study.resolved_yaml(),
+        )
+        | {"trains_digest": provenance.digest(provenance.TRAINS)},
+    )
+    datasets.write(result, output)
+    print(trains.summary(result))
+    print(f"{time.process_time() - started:.1f} CPU s")
+
+
+def _command_line():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--configfile", required=True, help="config of the study")
+    parser.add_argument("--deborah", type=float, required=True, help="one of the table's")
+    parser.add_argument("--volume-fraction", type=float, required=True)
+    parser.add_argument("table", help="velocity table")
+    parser.add_argument("output", help="netCDF file to write")
+    arguments = parser.parse_args()
+    with reporting():
+        main(
+            load_study(arguments.configfile),
+            arguments.deborah,
+            arguments.volume_fraction,
+            arguments.table,
+            arguments.output,
+        )
+
+
+if "snakemake" in globals():
+    with reporting(snakemake.log[0]):  # noqa: F821
+        main(
+            parse_study(snakemake.config),  # noqa: F821
+            float(snakemake.wildcards.deborah),  # noqa: F821
+            float(snakemake.wildcards.volume_fraction),  # noqa: F821
+            snakemake.input[0],  # noqa: F821
+            snakemake.output[0],  # noqa: F821
+        )
+elif __name__ == "__main__":
+    _command_line()

@@ -1,0 +1,32 @@
+"""What the scripts share: where they print, and how they end when something is wrong."""
+
+import contextlib
+import sys
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+
+from viscotrain.errors import ViscotrainError
+
+
+@contextlib.contextmanager
+def reporting(log: str | Path | None = None) -> Iterator[None]:
+    """Print to a log file, if there is one, and end with a message where viscotrain refuses.
+
+    Args:
+        log: File that takes what is printed, tracebacks included; None for the terminal.
+    """
+    with contextlib.ExitStack() as stack:
+        if log:
+            file = stack.enter_context(open(log, "w", encoding="utf-8", buffering=1))
+            stack.enter_context(contextlib.redirect_stdout(file))
+            stack.enter_context(contextlib.redirect_stderr(file))
+        try:
+            yield
+        except ViscotrainError as error:
+            print(f"error: {error}", file=sys.stderr)
+            sys.exit(1)
+        except Exception:
+            if log:
+                traceback.print_exc()
+            raise

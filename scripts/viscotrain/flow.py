@@ -1,0 +1,216 @@
+"""The discretised flow around rigid, force-free spheres: unknowns, residuals and measurements.
+
+Frame. The flow is written in the frame of one sphere, the middle one of a triplet: there u_z = 0,
+and on the wall u_z is one unknown, minus the velocity of that sphere. So the velocity at which
+stress is carried past the spheres belongs to the unknowns and its linearisation is exact.
+
+Spheres. u_z is one unknown on each of the other spheres (`PlateauFESpace`); the natural condition
+of that unknown is zero total force. The reference sphere is force-free because the wall carries
+the force of the pressure drop (`weak_forms.flow_rate`). No traction is ever integrated.
+
+Elements. Triangles with continuous polynomials: u of order k, p and psi of order k - 1, without
+stabilisation.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import ngsolve
+from ngsolve import H1, CoefficientFunction, IfPos, NumberSpace, Periodic, PlateauFESpace
+
+from viscotrain import giesekus, weak_forms
+from viscotrain.axisymmetry import (
+    Velocity,
+    rate_of_deformation,
+    volume_integral,
+    vorticity,
+    z,
+)
+from viscotrain.fluid import DimensionlessFluid
+from viscotrain.giesekus import LogConformation
+from viscotrain.meshes import Geometry
+
+
+class Fields(NamedTuple):
+    """All unknowns, as trial, test or grid functions.
+
+    Attributes:
+        u: Velocity in the frame of the reference sphere, in Ubar.
+        p: Pressure in eta_0 Ubar/D.
+        drop: Minus the pressure drop over the periodic length.
+        speeds: u_z of each sphere but the reference one, by which the mesh moves.
+        psi: Log-conformation of each mode.
+    """
+
+    u: Velocity
+    p: CoefficientFunction
+    drop: CoefficientFunction
+    speeds: list[CoefficientFunction]
+    psi: list[LogConformation]
+
+
+class Flow:
+    """Unknowns and residuals of the flow in one geometry.
+
+    Args:
+        geometry: Spheres and periodic length.
+        mesh: A mesh of it, with named boundaries.
+        fluid: Solvent and modes.
+        velocity_order: Polynomial order of u; p and psi are one order lower.
+        mean_velocity: Imposed mean velocity relative to the wall, in Ubar.
+    """
+
+    def __init__(
+        self,
+        geometry: Geometry,
+        mesh: ngsolve.Mesh,
+        fluid: DimensionlessFluid,
+        velocity_order: int,
+        mean_velocity: float = 1.0,
+    ):
+        self.geometry, self.mesh, self.fluid = geometry, mesh, fluid
+        self.velocity_order, self.mean_velocity = velocity_order, mean_velocity
+        self.deborah = ngsolve.Parameter(1.0)
+        self._fixed = geometry.reference or "wall"
+        self.space = _space(geometry, mesh, len(fluid.modes), velocity_order)
+        self.state = ngsolve.GridFunction(self.space)
+        self.free = ngsolve.BitArray(self.space.FreeDofs())
+        self.free.Clear(self.space.Range(2).start)  # one pressure, whose level is arbitrary
+        self.free_newtonian = ngsolve.BitArray(self.free)
+        first_psi = 4 + len(geometry.moving_spheres)
+        for component in range(first_psi, len(self.space.components)):
+            unknowns = self.space.Range(component)
+            self.free_newtonian[unknowns.start : unknowns.stop] = False
+        self.newtonian = ngsolve.BilinearForm(self.space)
+        self.viscoelastic = ngsolve.BilinearForm(self.space)
+        self._add_momentum(self.newtonian, 1.0)
+        self._add_momentum(self.viscoelastic, fluid.solvent)
+        self._add_modes(self.viscoelastic)
+
+    def _add_momentum(self, form, viscosity):
+        (u, p, drop, speeds, _), (v, q, drop_test, speed_tests, _) = self._unknowns()
+        form += volume_integral(weak_forms.viscous(viscosity, u, v))
+        form += volume_integral(weak_forms.pressure(p, v))
+        form += volume_integral(weak_forms.incompressibility(u, q))
+        form += weak_forms.flow_rate(
+            u,
+            v,
+            drop,
+            drop_test,
+            mean_velocity=self.mean_velocity,
+            length=self.geometry.length,
+        )
+        for name, speed, test in zip(
+            self.geometry.moving_spheres, speeds, speed_tests, strict=True
+        ):
+            form += weak_forms.follow(u, speed, test, name)
+
+    def _add_modes(self, form):
+        (u, _, _, speeds, psis), (v, _, _, _, chis) = self._unknowns()
+        w = self.mesh_velocity(speeds)
+        for mode, psi, chi in zip(self.fluid.modes, psis, chis, strict=True):
+            lam = self.deborah * mode.relaxation_time
+            tau = giesekus.polymer_stress(psi, mode.viscosity, lam)
+            rate = giesekus.evolution(psi, rate_of_deformation(u), vorticity(u), lam, mode.mobility)
+            form += volume_integral(weak_forms.polymer(tau, v))
+            # one integral per test function: all in one would be an order of magnitude slower
+            for component in weak_forms.transport(psi, chi, u, w, rate):
+                form += volume_integral(component)
+
+    def _unknowns(self) -> tuple["Fields", "Fields"]:
+        """Trial and test functions."""
+        return tuple(self._grouped(functions) for functions in self.space.TnT())
+
+    def fields(self) -> "Fields":
+        """The present state; velocities in the frame of the reference sphere."""
+        return self._grouped(self.state.components)
+
+    def _grouped(self, components) -> "Fields":
+        u_z, u_r, p, drop, *rest = components
+        moving = len(self.geometry.moving_spheres)
+        speeds, psi = rest[:moving], rest[moving:]
+        modes = [LogConformation(*psi[k : k + 4]) for k in range(0, len(psi), 4)]
+        return Fields(Velocity(u_z, u_r), p, drop, speeds, modes)
+
+    def mesh_velocity(self, speeds: Sequence) -> Velocity:
+        """w: that of each sphere over its width, smooth in between, zero at the periodic ends."""
+        own = dict(zip(self.geometry.moving_spheres, speeds, strict=True))
+        spheres = [own.get(name, CoefficientFunction(0.0)) for name in self.geometry.spheres]
+        speeds = [CoefficientFunction(0.0), *spheres, CoefficientFunction(0.0)]
+        w = CoefficientFunction(0.0)
+        for (low, high), before, after in zip(
+            self.geometry.free_axis, speeds, speeds[1:], strict=False
+        ):
+            w += (after - before) * _smooth_step(z, low, high)
+        return Velocity(z=w, r=CoefficientFunction(0.0))
+
+    def sphere_velocities(self) -> dict[str, float]:
+        """U of each sphere relative to the wall, in Ubar, by name."""
+        return {name: self._speed(name) - self._speed("wall") for name in self.geometry.spheres}
+
+    def wall_speed(self) -> float:
+        """u_z of the wall in the frame of the reference sphere."""
+        return self._speed("wall")
+
+    def pressure_gradient(self) -> float:
+        """-dp/dz, mean over the periodic length, in eta_0 Ubar/D^2."""
+        return -self.fields().drop.vec[0] / self.geometry.length
+
+    def variant(self, fluid: DimensionlessFluid, velocity_order: int) -> "Flow":
+        """The flow of another fluid, or in spaces of another order, on the same mesh."""
+        return Flow(self.geometry, self.mesh, fluid, velocity_order, self.mean_velocity)
+
+    def embed(self, vector: ngsolve.BaseVector, target: "Flow") -> ngsolve.BaseVector:
+        """A vector of this flow's unknowns as one of `target`, on the same mesh.
+
+        Exact if the order of `target` is not lower. Overwrites both states.
+        """
+        self.state.vec.data = vector
+        for mine, other in zip(self.state.components, target.state.components, strict=True):
+            if isinstance(mine.space, NumberSpace):
+                other.vec.data = mine.vec
+            else:
+                other.Set(mine)
+        return copy(target.state.vec)
+
+    def _speed(self, boundary: str) -> float:
+        """u_z on a sphere or the wall in the frame of the reference sphere."""
+        return 0.0 if boundary == self._fixed else self.state.vec[self.unknown_of(boundary)]
+
+    def unknown_of(self, boundary: str) -> int:
+        """Index in the state of u_z on a boundary where it is one unknown."""
+        element = next(iter(self.mesh.Boundaries(boundary).Elements()))
+        return self.space.components[0].GetDofNrs(element)[0]
+
+
+def _space(geometry: Geometry, mesh: ngsolve.Mesh, modes: int, order: int):
+    """Product of the spaces of `Fields`, in their order.
+
+    All but the pressure are periodic: the pressure drop needs a trace of its own on either side.
+    """
+    fixed = geometry.reference or "wall"
+    moving = [name for name in ("wall", *geometry.spheres) if name != fixed]
+    u_z = PlateauFESpace(
+        Periodic(H1(mesh, order=order, dirichlet=fixed)), [mesh.Boundaries(name) for name in moving]
+    )
+    u_r = Periodic(H1(mesh, order=order, dirichlet="|".join(["axis", "wall", *geometry.spheres])))
+    p = H1(mesh, order=order - 1)
+    psi = Periodic(H1(mesh, order=order - 1))
+    odd = Periodic(H1(mesh, order=order - 1, dirichlet="axis"))  # c_zr is odd in r
+    number = NumberSpace(mesh)
+    speeds = [number] * len(geometry.moving_spheres)
+    return ngsolve.FESpace([u_z, u_r, p, number, *speeds, *(modes * [psi, psi, odd, psi])])
+
+
+def _smooth_step(coordinate, low: float, high: float):
+    """0 below `low`, 1 above `high`, a cubic with zero slopes in between."""
+    t = (coordinate - low) / (high - low)
+    t = IfPos(t, IfPos(1 - t, t, 1.0), 0.0)
+    return t * t * (3 - 2 * t)
+
+
+def copy(vector: ngsolve.BaseVector) -> ngsolve.BaseVector:
+    """A new vector of the same values."""
+    new = vector.CreateVector()
+    new.data = vector
+    return new

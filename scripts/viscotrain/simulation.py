@@ -1,0 +1,207 @@
+"""The dns stage for one geometry: from a study to what is solved, logged and stored.
+
+A point that does not converge is a result: NaN with a status and the reason, and the points above
+it in De, which continuation cannot reach, are marked as not attempted. The conformation exp(psi) is
+positive definite whatever psi is, so losing definiteness is no way to fail; a number that is not
+finite is, and `newton` checks for it.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from viscotrain import dns, fields, provenance
+from viscotrain.config import Study, geometry_name, number_name
+from viscotrain.errors import FluidError, SolutionError
+from viscotrain.flow import Flow
+from viscotrain.interpolation import PARTICLES
+from viscotrain.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.pipe import PipeFlow, pipe_flow
+from viscotrain.table import ATTRIBUTES, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED
+
+Report = Callable[[str], None]
+OWN_ATTRIBUTES = {
+    "pressure_gradient": {
+        "long_name": "minus mean pressure gradient over the periodic length, "
+        "over zero-shear viscosity times mean velocity over squared channel diameter",
+        "units": "1",
+    },
+    "undisturbed_pressure_gradient": {
+        "long_name": "the same of the flow without spheres",
+        "units": "1",
+    },
+    "residual": {"long_name": "rms residual before the last update", "units": "1"},
+    "iterations": {"long_name": "iterations since the Deborah number before", "units": "1"},
+    "elements": {"long_name": "elements of the mesh", "units": "1"},
+    "unknowns": {"long_name": "unknowns of the discrete problem", "units": "1"},
+    "length": {"long_name": "periodic length over channel diameter", "units": "1"},
+    "confinement": {"long_name": "sphere over channel diameter", "units": "1"},
+    "reason": {"long_name": "why there is no solution"},
+}
+
+
+def make_flow(study: Study, sp: float, sf: float) -> Flow:
+    """Mesh and unknowns of one geometry, resolved for the largest Deborah number of the study."""
+    geometry = Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
+    high = study.dns.high_deborah
+    sizes = high if study.deborah.values[-1] > high.above else study.dns
+    options = MeshOptions(
+        sphere_elements=sizes.sphere_elements,
+        axis_size=sizes.axis_size,
+        wall_size=sizes.wall_size,
+        gap_elements=study.dns.gap_elements,
+    )
+    order = max(study.dns.velocity_order + dns.NEWTONIAN_EXTRA, high.velocity_order)
+    mesh = make_mesh(geometry, options, order)
+    return Flow(geometry, mesh, study.dimensionless_fluid, study.dns.velocity_order)
+
+
+def solver_options(study: Study) -> dns.SolverOptions:
+    """The solver's part of the config, De in the code's definition."""
+    return dns.SolverOptions(
+        high_deborah=study.deborah_longest_mode(study.dns.high_deborah.above),
+        high_deborah_order=study.dns.high_deborah.velocity_order,
+        tolerance=study.dns.tolerance,
+        max_iterations=study.dns.max_iterations,
+        deborah_step=study.dns.deborah_step,
+    )
+
+
+def solutions(study: Study, sp: float, sf: float, up_to: float = math.inf) -> Iterator:
+    """(De of the config, `dns.Solution`) of one geometry, ascending, up to a De of the config."""
+    flow = make_flow(study, sp, sf)
+    wanted = [De for De in study.deborah.values if De <= up_to]
+    longest = [study.deborah_longest_mode(De) for De in wanted]
+    yield from zip(wanted, dns.solve(flow, longest, solver_options(study)), strict=False)
+
+
+def simulate(
+    study: Study, sp: float, sf: float, report: Report, vtu_folder: Path | None = None
+) -> tuple[xr.Dataset, pd.DataFrame]:
+    """Solve one geometry at all Deborah numbers of the study.
+
+    Args:
+        study: The config.
+        sp: Distance of the middle to the trailing sphere, in d, or infinite.
+        sf: Distance of the leading to the middle sphere, in d, or infinite.
+        report: Takes a line of text per Deborah number.
+        vtu_folder: Where fields go as VTU; None for nowhere.
+
+    Returns:
+        Dataset (deborah, particle) and table of CPU seconds per Deborah number.
+    """
+    result = _empty(study, sp, sf)
+    seconds = []
+    for De, solution in solutions(study, sp, sf):
+        report(_line(De, solution))
+        _insert(result, De, solution)
+        seconds.append({"deborah": De, "cpu_seconds": round(solution.seconds, 3)})
+        if solution.solved and vtu_folder is not None:
+            fields.write_vtu(solution.flow, vtu_folder / f"De{number_name(De)}")
+    timing = pd.DataFrame(seconds).assign(
+        sp=sp, sf=sf, unknowns=[int(n) for n in result["unknowns"].values[: len(seconds)]]
+    )
+    return result, timing
+
+
+def field(study: Study, sp: float, sf: float, deborah: float, report: Report) -> xr.Dataset:
+    """Mesh, velocity, pressure and stress at one point of the table; see `fields.sample`.
+
+    Raises:
+        SolutionError: The point did not converge.
+    """
+    for De, solution in solutions(study, sp, sf, up_to=deborah):
+        report(_line(De, solution))
+    if not solution.solved:
+        raise SolutionError(f"{geometry_name(sp, sf)}: {solution.convergence.reason}")
+    sampled = fields.sample(solution.flow)
+    sampled = sampled.assign(
+        {"sp": sp, "sf": sf, "deborah": deborah, "confinement": study.confinement}
+    )
+    sampled["length"] = solution.flow.geometry.length
+    title = f"fields of study {study.study} at De = {deborah:g}, {geometry_name(sp, sf)}"
+    return sampled.assign_attrs(provenance.attributes(title, study.resolved_yaml()))
+
+
+def _line(De: float, solution: dns.Solution) -> str:
+    convergence = solution.convergence
+    text = f"De {De:g}: {solution.iterations} iterations, residual {convergence.residual:.1e}"
+    if solution.solved:
+        velocities = ", ".join(f"{name} {U:.7f}" for name, U in solution.velocities.items())
+        text += f", U/Ubar {velocities}"
+    else:
+        updates = " ".join(f"{update:.0e}" for update in convergence.updates)
+        text += f", NOT SOLVED: {convergence.reason} (updates {updates})"
+    return f"{text}, {solution.seconds:.1f} CPU s"
+
+
+def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
+    De = np.array(study.deborah.values, dtype=float)
+    n, blank = De.size, np.full(De.size, np.nan)
+    undisturbed = [_undisturbed(study, value) for value in De]
+    scales = [study.scales(value) for value in De]
+    none = np.zeros(n, dtype=np.int32)
+    result = xr.Dataset(
+        {
+            "velocity": (("deborah", "particle"), np.full((n, len(PARTICLES)), np.nan)),
+            "pressure_gradient": ("deborah", blank.copy()),
+            "undisturbed_pressure_gradient": (
+                "deborah",
+                [flow.pressure_gradient for flow in undisturbed],
+            ),
+            "centreline_velocity": ("deborah", [flow.centreline_velocity for flow in undisturbed]),
+            "status": ("deborah", np.full(n, NOT_ATTEMPTED, dtype=np.int8)),
+            "reason": ("deborah", np.array(["a smaller De was not solved"] * n, dtype=object)),
+            "residual": ("deborah", blank.copy()),
+            "iterations": ("deborah", none.copy()),
+            "unknowns": ("deborah", none.copy()),
+            "elements": ("deborah", none.copy()),
+            "length": ((), np.nan),
+            "confinement": ((), study.confinement),
+            "sp": ((), sp),
+            "sf": ((), sf),
+        },
+        coords={
+            "deborah": De,
+            "particle": list(PARTICLES),
+            "deborah_longest_mode": ("deborah", [s.deborah_longest_mode for s in scales]),
+            "deborah_mean_relaxation_time": (
+                "deborah",
+                [s.deborah_mean_relaxation_time for s in scales],
+            ),
+        },
+        attrs=provenance.attributes(
+            f"triplet {geometry_name(sp, sf)} of study {study.study}", study.resolved_yaml()
+        ),
+    )
+    for name, variable in result.variables.items():
+        variable.attrs.update(OWN_ATTRIBUTES.get(name, ATTRIBUTES.get(name, {})))
+    return result
+
+
+def _undisturbed(study: Study, De: float) -> PipeFlow:
+    """NaN where a steady profile is not unique."""
+    try:
+        return pipe_flow(study.dimensionless_fluid, study.deborah_longest_mode(De))
+    except FluidError:
+        return PipeFlow(math.nan, math.nan)
+
+
+def _insert(result: xr.Dataset, De: float, solution: dns.Solution):
+    """Write one solution into the dataset, in place."""
+    at = {"deborah": De}
+    flow = solution.flow
+    for name, U in solution.velocities.items():
+        result["velocity"].loc[at | {"particle": name}] = U
+    result["pressure_gradient"].loc[at] = solution.pressure_gradient
+    result["status"].loc[at] = SOLVED if solution.solved else NOT_CONVERGED
+    result["reason"].loc[at] = solution.convergence.reason
+    result["residual"].loc[at] = solution.convergence.residual
+    result["iterations"].loc[at] = solution.iterations
+    result["unknowns"].loc[at] = flow.space.ndof
+    result["elements"].loc[at] = flow.mesh.ne
+    result["length"][()] = flow.geometry.length

@@ -1,0 +1,215 @@
+import itertools
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from synthetic import DEMO_NODES, dns_result, superposed, triplet
+
+from viscotrain import datasets
+from viscotrain.errors import TableError
+from viscotrain.interpolation import VelocityTable
+from viscotrain.table import check_errors, combine, holes, pair_velocity, summary
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+INF = np.inf
+SP, SF, DEBORAH = [1.1, 2.0, INF], [1.2, 3.0, 5.0, INF], [0.0, 1.0]
+
+
+def results(**changes):
+    return [dns_result(sp, sf, **changes) for sp, sf in itertools.product(SP, SF)]
+
+
+def combined(parts, **changes):
+    return combine(parts, sp=SP, sf=SF, deborah=DEBORAH, **changes)
+
+
+# -------------------------------------------------------------------------------------- combine
+
+
+def test_every_result_is_at_its_place_in_any_order():
+    table = combined(reversed(results()))
+    assert table["velocity"].dims == ("deborah", "sp", "sf", "particle")
+    assert table["particle"].values.tolist() == ["trailing", "middle", "leading"]
+    for De, sp, sf in itertools.product(DEBORAH, SP, SF):
+        point = table.sel(deborah=De, sp=sp, sf=sf)
+        np.testing.assert_array_equal(point["velocity"], superposed(sp, sf, scale=1 + De))
+        assert point["pressure_gradient"] == 32 / (1 + De)
+        assert point["status"] == 0
+    np.testing.assert_array_equal(table["centreline_velocity"], [2.0, 1.9])
+    np.testing.assert_array_equal(table["deborah_mean_relaxation_time"], [0.0, 0.56])
+
+
+def test_particles_are_matched_by_name():
+    turned = [result.isel(particle=[2, 0, 1]) for result in results()]
+    xr.testing.assert_identical(combined(turned), combined(results()))
+
+
+def test_results_at_more_deborah_numbers_are_used_where_needed():
+    more = results(deborah=(0.0, 0.5, 1.0, 2.0))
+    np.testing.assert_array_equal(combined(more)["velocity"], combined(results())["velocity"])
+
+
+def test_variables_are_described():
+    table = check_errors(combined(results()), [dns_result(1.5, 2.0)])
+    for name, variable in table.variables.items():
+        if name in ("deborah_longest_mode", "deborah_mean_relaxation_time"):
+            continue  # the dns stage describes them, the results of these tests do not
+        assert variable.attrs["long_name"], name
+        if np.issubdtype(variable.dtype, np.floating):
+            assert variable.attrs["units"] == "1", name
+    assert len(table["status"].attrs["flag_values"]) == 3
+    assert len(table["status"].attrs["flag_meanings"].split()) == 3
+
+
+def test_holes_stay_visible():
+    parts = [result for result in results() if (result["sp"], result["sf"]) != (2.0, 3.0)]
+    parts[0] = dns_result(SP[0], SF[0], unsolved=[1.0])
+    table = combined(parts, max_holes=3)
+    assert list(holes(table)) == [(0.0, 2.0, 3.0), (1.0, 1.1, 1.2), (1.0, 2.0, 3.0)]
+    assert np.isnan(table["velocity"].sel(sp=2.0, sf=3.0)).all()
+    assert table["status"].sel(sp=2.0, sf=3.0).values.tolist() == [2, 2]
+    assert table["status"].sel(sp=1.1, sf=1.2).values.tolist() == [0, 1]
+    with pytest.raises(TableError) as caught:
+        combined(parts, max_holes=2)
+    message = str(caught.value)
+    assert "3 of 24 points have no solution; allowed: 2 (table.max_holes)" in message
+    assert "De 1, sp 1.1, sf 1.2: no convergence in 15 iterations" in message
+    assert "De 0, sp 2, sf 3: not attempted" in message
+
+
+def test_a_solution_that_is_not_finite_is_a_hole():
+    parts = results()
+    parts[3]["velocity"][1, 0] = np.nan
+    with pytest.raises(TableError, match="1 of 24 points"):
+        combined(parts)
+
+
+def test_geometries_off_the_grid_and_doubles_are_refused():
+    with pytest.raises(TableError, match=r"\(sp 1\.7, sf 2\) is not on the grid"):
+        combined([*results(), dns_result(1.7, 2.0)])
+    with pytest.raises(TableError, match=r"\(sp 2, sf inf\) comes twice"):
+        combined([*results(), dns_result(2.0, INF)])
+
+
+# -------------------------------------------------------------------------------- interpolation
+
+
+def test_check_errors_is_interpolated_minus_simulated():
+    table = combined(results())
+    checked = check_errors(table, [dns_result(1.5, 2.0), dns_result(1.3, 4.0)])
+    assert checked["check_sp"].values.tolist() == [1.3, 1.5]
+    interpolated = VelocityTable(table).at(1)(1.3, 4.0)
+    error = checked["check_error"].sel(deborah=1, pair="leading-middle")[0]
+    exact = superposed(1.3, 4.0, scale=2)
+    assert error == pytest.approx((interpolated[2] - interpolated[1]) - (exact[2] - exact[1]))
+    np.testing.assert_array_equal(checked["check_velocity"].sel(deborah=1)[0], exact)
+
+
+def test_check_errors_at_holes_are_not_known():
+    table = combined([*results()[:-1], dns_result(INF, INF, unsolved=[1.0])], max_holes=1)
+    checked = check_errors(table, [dns_result(1.5, 2.0), dns_result(1.3, 2.0, unsolved=[0.0])])
+    known = np.isfinite(checked["check_error"]).all("pair").values
+    np.testing.assert_array_equal(known, [[False, True], [False, False]])
+
+
+# ------------------------------------------------------------------------------- file, summary
+
+
+def test_file_is_the_same_byte_for_byte_and_reads_back(tmp_path):
+    table = check_errors(combined(results(), attributes={"title": "test"}), [dns_result(1.5, 2.0)])
+    datasets.write(table, tmp_path / "a.nc")
+    time.sleep(1.1)  # clocks in a file count seconds
+    datasets.write(table, tmp_path / "new" / "a.nc")
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "new" / "a.nc").read_bytes()
+    xr.testing.assert_identical(xr.load_dataset(tmp_path / "a.nc"), table)
+
+
+def test_coordinates_in_the_file_have_no_fill_value(tmp_path):
+    datasets.write(combined(results()), tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc") as table:
+        for name in table.coords:
+            assert "_FillValue" not in table[name].encoding, name
+        assert table["sp"].values.tolist() == SP
+        assert table["velocity"].encoding["complevel"] == 4
+
+
+def test_pair_velocity_is_that_of_the_law():
+    s = np.array([1.1, 1.5, 2.5, 4.5])  # nodes: no interpolation error
+    law = np.diff(superposed(s, INF), axis=-1)[:, 0]  # middle minus trailing, in either position
+    np.testing.assert_allclose(pair_velocity(triplet(), s), law, rtol=0, atol=1e-14)
+
+
+def test_summary_tells_what_a_person_wants():
+    parts = [*results()[:-2], dns_result(INF, 5.0, unsolved=[1.0]), dns_result(INF, INF)]
+    table = combined(parts, max_holes=1, attributes={"title": "a table", "git_commit": "abc"})
+    text = summary(check_errors(table, [dns_result(1.5, 2.0)]))
+    for words in (
+        "a table",
+        "sp    3 values: 1.1 2 inf",
+        "attraction until s = 1.",
+        "then repulsion",
+        "Holes: 1 of 24 points",
+        "De 1: (sp inf, sf 5)",
+        "De 1: not known",
+        "at (sp 1.5, sf 2)",
+        "git_commit: abc",
+    ):
+        assert words in text
+
+
+def test_summary_of_a_newtonian_table():
+    newtonian = combined(results())
+    newtonian["velocity"][:] = 1.95
+    assert "De 0: no relative motion above 1e-06 Ubar" in summary(newtonian)
+    assert "not measured (table.check is 0)" in summary(newtonian)
+
+
+# -------------------------------------------------------------------------------------- scripts
+
+
+@pytest.fixture
+def config(tmp_path):
+    """A config file with the axes of the demo, and one result file per geometry and check."""
+    study = yaml.safe_load((SCRIPTS.parent / "config" / "tiny.yaml").read_text())
+    study["table"] = {"sp": DEMO_NODES, "sf": DEMO_NODES, "check": 2}
+    study["figures"] = {}
+    path = tmp_path / "config.yaml"
+    path.write_text(yaml.safe_dump(study))
+    geometries = [*itertools.product(DEMO_NODES, DEMO_NODES), (1.3, 1.9), (3.1, 1.9)]
+    for n, (sp, sf) in enumerate(geometries):
+        datasets.write(dns_result(sp, sf), tmp_path / "dns" / f"{n}.nc")
+    return path
+
+
+def run(script, *arguments):
+    return subprocess.run(
+        [sys.executable, SCRIPTS / script, *map(str, arguments)], capture_output=True, text=True
+    )
+
+
+def test_scripts_from_the_command_line(config, tmp_path):
+    output = tmp_path / "velocity_table.nc"
+    done = run("table.py", "--configfile", config, output, *(tmp_path / "dns").iterdir())
+    assert done.returncode == 0, done.stderr
+    table = xr.load_dataset(output)
+    assert table.sizes["check"] == 2
+    assert table.attrs["Conventions"].startswith("CF-")
+    assert yaml.safe_load(table.attrs["study_config"])["study"] == "tiny"
+    shown = run("inspect_table.py", output)
+    assert shown.returncode == 0, shown.stderr
+    assert shown.stdout.strip() == summary(table)
+
+
+def test_script_ends_with_a_message_without_a_traceback(config, tmp_path):
+    (tmp_path / "dns" / "0.nc").unlink()
+    output = tmp_path / "velocity_table.nc"
+    done = run("table.py", "--configfile", config, output, *(tmp_path / "dns").iterdir())
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: 2 of 50 points have no solution; allowed: 0")
+    assert "Traceback" not in done.stderr
+    assert not output.exists()

@@ -1,0 +1,56 @@
+"""Direct numerical simulation: one job per geometry (sp, sf), through all Deborah numbers."""
+
+GRID = [geometry_name(*geometry) for geometry in STUDY.geometries]
+BETWEEN = [geometry_name(*geometry) for geometry in check_geometries(STUDY)]
+
+
+wildcard_constraints:
+    sp=r"[0-9.e+-]+|inf",
+    sf=r"[0-9.e+-]+|inf",
+
+
+rule dns:
+    output:
+        result=f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}.nc",
+        timing=f"{RESULTS}/dns/timing/sp{{sp}}_sf{{sf}}.csv",
+        **(
+            {"fields": directory(f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}")}
+            if STUDY.dns.save_fields
+            else {}
+        ),
+    log:
+        f"{RESULTS}/logs/dns/sp{{sp}}_sf{{sf}}.log",
+    params:
+        physics=provenance.digest(provenance.PHYSICS),
+        settings=STUDY.dns_settings(),
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=60,
+    conda:
+        "../../envs/viscotrain.yaml"
+    message:
+        "Simulating the triplet sp = {wildcards.sp}, sf = {wildcards.sf}"
+    script:
+        "../../scripts/dns.py"
+
+
+rule field:
+    output:
+        f"{RESULTS}/dns/field.nc",
+    log:
+        f"{RESULTS}/logs/dns/field.log",
+    params:
+        physics=provenance.digest((*provenance.PHYSICS, "fields")),
+        settings=STUDY.dns_settings(),
+        point=STUDY.field_point().model_dump(mode="json"),
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=60,
+    conda:
+        "../../envs/viscotrain.yaml"
+    message:
+        "Computing the fields of the triplet that is drawn"
+    script:
+        "../../scripts/field.py"

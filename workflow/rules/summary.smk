@@ -1,0 +1,19 @@
+"""What the run made, in a few lines; printed at its end."""
+
+
+rule summary:
+    input:
+        table=f"{RESULTS}/table/velocity_table.nc",
+        trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
+        figures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES),
+        timing=expand(f"{RESULTS}/dns/timing/{{geometry}}.csv", geometry=GRID + BETWEEN),
+    output:
+        f"{RESULTS}/summary.txt",
+    log:
+        f"{RESULTS}/logs/summary.log",
+    conda:
+        "../../envs/viscotrain.yaml"
+    message:
+        "Summing up"
+    script:
+        "../../scripts/summary.py"
