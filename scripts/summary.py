@@ -35,7 +35,10 @@ def main(
         f"  table           {velocity_table}",
     ]
     for path in trains:
-        lines += [f"  train           {path}", f"                  {headline(xr.load_dataset(path))}"]
+        lines += [
+            f"  train           {path}",
+            f"                  {headline(xr.load_dataset(path))}",
+        ]
     if figures:
         lines.append(f"  figures         {len(figures)} in {Path(figures[0]).parent}/")
     text = "\n".join(lines)

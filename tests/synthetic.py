@@ -47,6 +47,8 @@ def dns_result(sp, sf, deborah=(0.0, 1.0), unsolved=()):
     velocity = np.stack([superposed(sp, sf, scale=1 + De) for De in deborah])
     status = np.array([1 if De in unsolved else 0 for De in deborah], dtype=np.int8)
     velocity[status != 0] = np.nan
+    missing = np.isinf([sp, 0.0, sf])  # a neighbour at infinity is not there
+    velocity[:, missing] = np.nan
     return xr.Dataset(
         {
             "velocity": (("deborah", "particle"), velocity),

@@ -82,6 +82,13 @@ def test_holes_stay_visible():
     assert "De 0, sp 2, sf 3: not attempted" in message
 
 
+def test_without_the_single_sphere_pairs_are_incomplete():
+    parts = [*results()[:-1], dns_result(INF, INF, unsolved=[1.0])]
+    assert [De for De, *_ in holes(combined(parts, max_holes=6))] == [1.0] * 6
+    with pytest.raises(TableError, match=r"sp 1\.1, sf inf: needs the single sphere"):
+        combined(parts)
+
+
 def test_a_solution_that_is_not_finite_is_a_hole():
     parts = results()
     parts[3]["velocity"][1, 0] = np.nan
@@ -111,7 +118,7 @@ def test_check_errors_is_interpolated_minus_simulated():
 
 
 def test_check_errors_at_holes_are_not_known():
-    table = combined([*results()[:-1], dns_result(INF, INF, unsolved=[1.0])], max_holes=1)
+    table = combined([*results()[1:], dns_result(SP[0], SF[0], unsolved=[1.0])], max_holes=1)
     checked = check_errors(table, [dns_result(1.5, 2.0), dns_result(1.3, 2.0, unsolved=[0.0])])
     known = np.isfinite(checked["check_error"]).all("pair").values
     np.testing.assert_array_equal(known, [[False, True], [False, False]])

@@ -109,7 +109,7 @@ def test_motion_does_not_depend_on_the_place(s, shift):
     np.testing.assert_allclose(there, here, rtol=0, atol=1e-12)
 
 
-@settings(max_examples=50)
+@settings(max_examples=50, deadline=None)
 @given(distances, st.integers(0, 1000))
 def test_spheres_never_overlap_and_keep_their_order(s, seed):
     """Any velocities at the nodes, ten times those of the simulation, over 100 D."""
@@ -208,7 +208,8 @@ def test_injection_waits_for_room():
     velocities.slowest = 1.5 * SINGLE
     record = simulate(velocities, passages=300)
     assert record.delayed > 0
-    assert record.spacing.min() == pytest.approx(1.0, abs=1e-9)
+    # a state takes gaps below 1e-9 as that
+    assert record.spacing.min() == pytest.approx(1.0, abs=2e-9)
 
 
 # ------------------------------------------------------------------------------------ recording

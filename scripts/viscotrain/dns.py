@@ -3,12 +3,12 @@
 Quasi-steady. The mesh moves with the spheres, with velocity w between them, and the time derivative
 at a fixed point of the mesh is dropped: the stress has settled at the present distances.
 
-De = 0. The flow is Newtonian and linear; solved in order `NEWTONIAN_EXTRA` higher than the others, it
+De = 0. The flow is Newtonian and linear; solved `NEWTONIAN_EXTRA` orders higher than the others, it
 is exact to 1e-7 at little cost.
 
 Continuation. Deborah numbers are solved in ascending order. The guess of a step extrapolates up to
-`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved. Beyond a Deborah
-number where stress layers and strands become thin, the order is raised on the same mesh.
+`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved. From the Deborah
+number on where stress layers and strands become thin, the order is higher, on the same mesh.
 """
 
 import math
@@ -120,14 +120,22 @@ class _Continuation:
         self._step = self._longest_step = math.log(options.deborah_step)
 
     def advance(self, De: float) -> tuple[newton.Convergence, int]:
-        """Go on to De, in one step or several; also returns the number of iterations."""
+        """Go on to De, in higher order from `high_deborah` on; also the number of iterations."""
+        high, iterations = self.options.high_deborah, 0
+        if De > high and not self._raised:
+            convergence, iterations = self._walk(high)
+            if convergence.converged:
+                convergence = self._raise_order()
+                iterations += convergence.iterations
+            if not convergence.converged:
+                return convergence, iterations
+        convergence, more = self._walk(De)
+        return convergence, iterations + more
+
+    def _walk(self, De: float) -> tuple[newton.Convergence, int]:
+        """Go on to De in the present order, in one step or several."""
         target, tolerance = _coordinate(De), self.options.tolerance
-        if not self._known:
-            convergence = self._to(0.0, tolerance)
-        elif De > self.options.high_deborah and not self._raised:
-            convergence = self._raise_order()
-        else:
-            convergence = newton.Convergence()
+        convergence = newton.Convergence() if self._known else self._to(0.0, tolerance)
         iterations = convergence.iterations
         while convergence.converged and self._known[-1][0] < target:
             here = self._known[-1][0]
@@ -174,7 +182,9 @@ class _Continuation:
         return convergence
 
     def _extrapolate(self, coordinate: float):
-        """Lagrange polynomial through the known solutions."""
+        """Lagrange polynomial through the known solutions; the state as it is without any."""
+        if not self._known:
+            return
         guess = self.flow.state.vec
         guess[:] = 0.0
         for here, solution in self._known:

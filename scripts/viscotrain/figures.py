@@ -4,12 +4,13 @@ Conventions. A relative velocity is that of the sphere ahead minus that of the o
 is repulsion (the gap opens, red), negative attraction (the gap closes, blue). Distances are drawn
 on 1 - 1/s, the coordinate of the interpolant from contact (0) to infinity (1), with ticks labelled
 by s. Holes of the table are crosses and are never painted over. Colours are safe for the
-colour-blind: cividis and viridis, RdBu_r where signs count, those of Okabe and Ito for lines.
+colour-blind: viridis, RdBu_r where signs count, those of Okabe and Ito for lines.
 
 Figures are made without pyplot, so that importing this module changes no backend and no setting.
 """
 
 import functools
+import itertools
 import math
 import re
 from collections.abc import Callable, Iterable
@@ -34,7 +35,7 @@ from viscotrain import datasets
 from viscotrain.errors import ViscotrainError
 from viscotrain.interpolation import LEADING, MIDDLE, TripletVelocities, VelocityTable
 from viscotrain.table import NEGLIGIBLE, PAIRS, holes
-from viscotrain.trains import TOUCHING
+from viscotrain.trains import TOUCHING, moving_frame
 
 STYLE = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same figure on every machine
@@ -58,14 +59,16 @@ STYLE = {
     "savefig.dpi": 200,
 }
 COLUMN, PAGE = 3.5, 7.2  # widths of figures in inches
-BLUE, ORANGE, VERMILLION, GREY = "#0072B2", "#E69F00", "#D55E00", "#777777"  # Okabe and Ito
+BLUE, VERMILLION, GREY, PALE_GREY = "#0072B2", "#D55E00", "#777777", "#CCCCCC"  # Okabe and Ito
 SIGNED = "RdBu_r"
-REPULSION, ATTRACTION = "repulsion: the gap opens", "attraction: the gap closes"
+REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
 REPULSION_COLOUR, ATTRACTION_COLOUR = "#B2182B", "#2166AC"  # towards the ends of RdBu_r
 MARKERS = "osD^vP*X"
+PAIR_KINDS = ("interpolated", "simulated", "hole")
 DISTANCE_TICKS = (1, 1.2, 1.5, 2, 3, 5, 10, math.inf)
 GRID = 241  # points per axis of a drawn interpolant
 LEVELS = 20  # of filled contours, about
+DRAWN_LENGTH = 80.0  # of a train, in d
 FIELD_MARGIN = 0.7  # of the drawn field beyond the outer spheres' centres, in D
 DECADES = 3  # of a logarithmic colour map
 HIDDEN = {"CreationDate": None, "ModDate": None}  # clocks, which would spoil identical bytes
@@ -130,7 +133,9 @@ def save(drawing: Drawing, stem: str | Path) -> list[Path]:
     stem.parent.mkdir(parents=True, exist_ok=True)
     table = isinstance(drawing.data, pd.DataFrame)
     # with_suffix would cut names at their decimal point
-    paths = [stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")]
+    paths = [
+        stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")
+    ]
     drawing.figure.savefig(paths[0], metadata={"Software": None})
     drawing.figure.savefig(paths[1], metadata=HIDDEN)
     if table:
@@ -193,12 +198,13 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
     data = _relative_velocity_data(s, surface, sp, sf, nodes, layer["deborah"])
 
     drawn = nodes if missing else surface
+    error = _interpolation_error(layer)
     limit = float(np.nanmax(np.abs(drawn), initial=NEGLIGIBLE))
     power = _power(limit)
     norm = Normalize(-limit / 10**power, limit / 10**power)
     figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)
-    rows = figure.add_gridspec(2, 2, height_ratios=[0.11, 1.0])
+    rows = figure.add_gridspec(2, 2, height_ratios=[0.12, 1.0])
     _draw_triplet(figure.add_subplot(rows[0, :]), deborah, confinement)
     panels = [figure.add_subplot(rows[1, n]) for n in range(2)]
     x = distance_coordinate(s)
@@ -208,6 +214,9 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
             shown = _draw_coloured_nodes(axes, sp, sf, nodes[..., n] / 10**power, norm)
         else:
             shown = _draw_surface(axes, x, scaled, norm)
+            closest = distance_coordinate(velocities.smallest_distance)
+            _draw_uncertainty(axes, x, scaled, error / 10**power, closest)
+            _draw_zero(axes, x, scaled)
             _draw_nodes(axes, sp, sf)
         _draw_lubrication(axes, velocities.smallest_distance)
         _draw_holes(axes, missing)
@@ -219,24 +228,12 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
         _distance_axis(axes.xaxis)
         _distance_axis(axes.yaxis)
     panels[0].set_ylabel("distance to the leading sphere, $s_f$ [$d$]")
-    bar = figure.colorbar(shown, ax=panels, aspect=28, pad=0.02, ticks=MaxNLocator(8, symmetric=1))
+    bar = figure.colorbar(shown, ax=panels, aspect=28, pad=0.035, ticks=MaxNLocator(8, symmetric=1))
     bar.set_label(f"relative velocity {_velocity_unit(power)}")
-    for y, text, colour in (
-        (0.98, REPULSION, "white"),
-        (0.02, ATTRACTION, "white"),
-    ):
-        bar.ax.text(
-            0.5,
-            y,
-            text,
-            color=colour,
-            rotation=90,
-            ha="center",
-            va="top" if y > 0.5 else "bottom",
-            transform=bar.ax.transAxes,
-            fontsize=7,
-        )
-    _legend_below(figure, missing, crossing=not missing and bool(drawn.min() < 0 < drawn.max()))
+    bar.ax.set_title("\n".join(REPULSION), color=REPULSION_COLOUR, fontsize=7)
+    bar.ax.set_xlabel("\n".join(ATTRACTION), color=ATTRACTION_COLOUR, fontsize=7)
+    crosses = not missing and bool(drawn.min() < 0 < drawn.max())
+    _legend_below(figure, bool(missing), crosses, None if missing else error)
     return Drawing(figure, data)
 
 
@@ -270,9 +267,32 @@ def _draw_surface(axes: Axes, x: NDArray, values: NDArray, norm: Normalize):
     filled = axes.contourf(x, x, values.T, levels, cmap=SIGNED, norm=norm)
     filled.set_edgecolor("face")  # else white seams in the PDF
     filled.set_linewidth(0.3)
+    return filled
+
+
+def _draw_zero(axes: Axes, x: NDArray, values: NDArray):
+    inner = np.maximum(np.arange(x.size), 1)  # at contact everything is zero
+    values = values[np.ix_(inner, inner)]
     if values.min() < 0 < values.max():
         axes.contour(x, x, values.T, [0.0], colors="black", linewidths=1.0)
-    return filled
+
+
+def _draw_uncertainty(axes: Axes, x: NDArray, values: NDArray, error: float, closest: NDArray):
+    """Cover values below the interpolation error, whose sign is not known.
+
+    Below the smallest tabulated distance lubrication shrinks velocity and error alike.
+    """
+    tabulated = np.maximum(np.arange(x.size), np.searchsorted(x, closest))
+    values = values[np.ix_(tabulated, tabulated)]
+    if error > 0 and np.abs(values).min() < error:
+        axes.contourf(x, x, values.T, [-error, error], colors=[PALE_GREY])
+
+
+def _interpolation_error(layer: xr.Dataset) -> float:
+    """Largest one found between the nodes at one De, in Ubar; NaN if it was not measured."""
+    if "check_error" not in layer or not np.isfinite(layer["check_error"]).any():
+        return math.nan
+    return float(np.abs(layer["check_error"]).max())
 
 
 def _draw_nodes(axes: Axes, sp: NDArray, sf: NDArray):
@@ -297,11 +317,13 @@ def _draw_coloured_nodes(axes: Axes, sp, sf, values, norm):
     )
 
 
-def _draw_lubrication(axes: Axes, smallest_distance: float):
+def _draw_lubrication(axes: Axes, smallest_distance: float, both: bool = True):
+    """Hatch distances below the table's, on the horizontal axis or on both."""
     edge = float(distance_coordinate(smallest_distance))
     style = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
     axes.axvspan(0, edge, **style)
-    axes.fill_between([edge, 1], 0, edge, **style)
+    if both:
+        axes.fill_between([edge, 1], 0, edge, **style)
 
 
 def _draw_holes(axes: Axes, missing: Iterable[tuple[float, float]]):
@@ -310,29 +332,42 @@ def _draw_holes(axes: Axes, missing: Iterable[tuple[float, float]]):
         axes.plot(*where, "x", color=VERMILLION, ms=7, mew=1.8, clip_on=False, zorder=6)
 
 
-def _legend_below(figure: Figure, missing, crossing: bool):
-    lubrication = Patch(facecolor="none", edgecolor=GREY, hatch="////", linewidth=0)
-    entries = [(lubrication, "closer than the table: lubrication")]
+def _legend_below(figure: Figure, missing: bool, crosses: bool, error: float | None):
+    entries = [(_lubrication_patch(), "closer than the table: lubrication")]
     if missing:
         node = Line2D([], [], ls="", marker="o", mfc="white", mec="black", ms=6, mew=0.5)
         hole = Line2D([], [], ls="", marker="x", color=VERMILLION, ms=6, mew=1.8)
         entries += [(node, "simulated"), (hole, "hole: no solution, so nothing is interpolated")]
     else:
         node = Line2D([], [], ls="", marker=".", color="black", ms=4)
-        entries.append((node, "simulated, interpolated in between"))
-    if crossing:
+        entries.append((node, "simulated"))
+    if crosses:
         entries.append((Line2D([], [], color="black", lw=1.0), "no relative motion"))
+    if error is not None and error > 0:
+        words = f"below the interpolation error, {_scientific(error)} $\\bar{{U}}$"
+        entries.append((Patch(facecolor=PALE_GREY), words))
     handles, labels = zip(*entries, strict=True)
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(entries))
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=len(entries), columnspacing=1.5
+    )
+
+
+def _lubrication_patch() -> Patch:
+    return Patch(facecolor="none", edgecolor=GREY, hatch="/////", linewidth=0)
+
+
+def _scientific(value: float) -> str:
+    digits, power = f"{value:.0e}".split("e")
+    return rf"{digits}$\cdot$10$^{{{int(power)}}}$"
 
 
 def _draw_triplet(axes: Axes, deborah: float, confinement: float):
     """A schematic of the three spheres in their channel, and the conditions beside it."""
-    axes.set(aspect="equal", xlim=(-8.2, 8.2), ylim=(-0.95, 1.0))
+    axes.set(aspect="equal", xlim=(-9.5, 9.5), ylim=(-0.95, 1.0))
     axes.axis("off")
     for side in (-0.95, 0.95):
-        axes.plot([-3.6, 3.6], [side, side], color=GREY, lw=1.5)
-    places = (-2.0, -0.2, 1.5)
+        axes.plot([-4.2, 4.2], [side, side], color=GREY, lw=1.5)
+    places = (-0.8, 1.2, 3.0)
     for n, z in enumerate(places):
         axes.add_patch(Circle((z, 0), 0.36, facecolor="#DDDDDD", edgecolor="black", lw=0.6))
         axes.text(z, -0.03, str(n + 1), ha="center", va="center", fontsize=7)
@@ -342,12 +377,12 @@ def _draw_triplet(axes: Axes, deborah: float, confinement: float):
         axes.annotate("", **ends, arrowprops=style)
         middle = (places[left] + places[right]) / 2
         axes.text(middle, 0.12, name, ha="center", va="center", fontsize=7)
-    axes.annotate(
-        "", (3.4, 0), (2.3, 0), arrowprops={"arrowstyle": "-|>", "lw": 1.0, "color": "black"}
-    )
-    axes.text(2.85, 0.32, "flow", ha="center", va="center", fontsize=7)
-    axes.text(-4.1, 0, _conditions(deborah, confinement), ha="right", va="center")
-    axes.text(4.1, 0, "1 trailing, 2 middle, 3 leading", ha="left", va="center")
+    arrow = {"arrowstyle": "-|>", "lw": 1.0, "color": "black"}
+    axes.annotate("", (-1.8, 0), (-2.7, 0), arrowprops=arrow)
+    axes.text(-2.8, 0, "flow", ha="right", va="center", fontsize=7)
+    axes.text(-4.8, 0, _conditions(deborah, confinement), ha="right", va="center")
+    names = "1 trailing, 2 middle, 3 leading;\n$s$ = \N{INFINITY}: sphere not there"
+    axes.text(4.8, 0, names, ha="left", va="center")
 
 
 def _conditions(deborah: float, confinement: float, volume_fraction: float | None = None) -> str:
@@ -368,54 +403,48 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     y = data["relative_velocity_Ubar"]
     limit = float(np.nanmax(np.abs(y), initial=NEGLIGIBLE))
     power = _power(limit)
-    figure = Figure(figsize=(COLUMN, 3.3), layout="constrained")
+    figure = Figure(figsize=(COLUMN, 3.6), layout="constrained")
     axes = figure.add_subplot()
     colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.88, len(velocities.deborah)))
-    for n, De in enumerate(velocities.deborah):
-        own = data[data["deborah"] == De]
-        marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "color": colours[n]}
-        curve, nodes = (own[own["kind"] == kind] for kind in ("interpolated", "simulated"))
-        axes.plot(
-            distance_coordinate(curve["distance_d"]),
-            curve["relative_velocity_Ubar"] / 10**power,
-            color=colours[n],
+    for n, (De, colour) in enumerate(zip(velocities.deborah, colours, strict=True)):
+        own = data[data["deborah"] == De].assign(
+            x=lambda rows: distance_coordinate(rows["distance_d"]),
+            y=lambda rows: rows["relative_velocity_Ubar"] / 10**power,
         )
-        axes.plot(
-            distance_coordinate(nodes["distance_d"]),
-            nodes["relative_velocity_Ubar"] / 10**power,
-            ls="",
-            clip_on=False,
-            zorder=3,
-            **marker,
+        curve, nodes, lost = (own[own["kind"] == kind] for kind in PAIR_KINDS)
+        marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "color": colour}
+        axes.plot(curve["x"], curve["y"], color=colour)
+        axes.plot(nodes["x"], nodes["y"], ls="", clip_on=False, zorder=3, **marker)
+        cross = {"marker": "x", "ls": "", "color": colour, "ms": 7, "mew": 1.8}
+        axes.plot(lost["x"], 0 * lost["x"], clip_on=False, zorder=4, **cross)
+        label = (
+            f"De = {De:g}"
+            if len(curve)
+            else f"De = {De:g} (no curve, \N{MULTIPLICATION SIGN} hole)"
         )
-        label = f"{De:g}" if len(curve) else f"{De:g} (holes: nodes only)"
         axes.plot([], [], label=label, ls="-" if len(curve) else "", **marker)
-    missing = data[data["kind"] == "hole"]
     low, high = _room_for_both_signs(y.min() / 10**power, y.max() / 10**power)
     axes.axhspan(0, high, color=REPULSION_COLOUR, alpha=0.06, lw=0)
     axes.axhspan(low, 0, color=ATTRACTION_COLOUR, alpha=0.06, lw=0)
     axes.axhline(0, color="black", lw=0.6)
-    if len(missing):
-        where = distance_coordinate(missing["distance_d"])
-        cross = {"marker": "x", "ls": "", "color": VERMILLION, "ms": 7, "mew": 1.8}
-        axes.plot(where, np.zeros(len(missing)), clip_on=False, zorder=4, **cross)
-        axes.plot([], [], label="hole", **cross)
-    for height, text, colour in (
-        (0.97, REPULSION, REPULSION_COLOUR),
-        (0.03, ATTRACTION, ATTRACTION_COLOUR),
+    _draw_lubrication(axes, velocities.smallest_distance, both=False)
+    for height, vertical, words, colour in (
+        (0.98, "top", REPULSION, REPULSION_COLOUR),
+        (0.02, "bottom", ATTRACTION, ATTRACTION_COLOUR),
     ):
-        vertical = "top" if height > 0.5 else "bottom"
-        axes.text(
-            0.98, height, text, color=colour, ha="right", va=vertical, transform=axes.transAxes
-        )
+        style = {"color": colour, "ha": "right", "va": vertical, "transform": axes.transAxes}
+        axes.text(0.98, height, ": ".join(words), **style)
     axes.set(xlim=(0, 1), ylim=(low, high))
-    axes.set_xlabel("distance of the pair, centre to centre, $s$ [$d$]")
+    axes.set_xlabel(
+        "distance of the pair, centre to centre, $s$ [$d$]\n"
+        "(hatched: closer than the table, lubrication)"
+    )
     axes.set_ylabel(f"velocity of the leading minus\nthe trailing sphere {_velocity_unit(power)}")
     _distance_axis(axes.xaxis)
     figure.legend(
-        title=f"pair alone, $d/D$ = {confinement:g};  De =",
+        title=f"a pair alone, $d/D$ = {confinement:g}",
         loc="outside upper center",
-        ncols=min(len(velocities.deborah) + bool(len(missing)), 5),
+        ncols=2 if (data["kind"] == "hole").any() else 4,
         columnspacing=1.2,
         handlelength=1.8,
     )
@@ -453,7 +482,7 @@ def _of_a_pair(velocities: TripletVelocities, distance: NDArray) -> NDArray:
 def _room_for_both_signs(low: float, high: float) -> tuple[float, float]:
     """Limits that hold all values and leave a place to name either side of zero."""
     span = max(high, 0.0) - min(low, 0.0) or 1.0
-    return min(low - 0.08 * span, -0.18 * span), max(high + 0.08 * span, 0.18 * span)
+    return min(low, 0.0) - 0.16 * span, max(high, 0.0) + 0.16 * span
 
 
 # ---------------------------------------------------------------------------------------- field
@@ -463,20 +492,20 @@ def _room_for_both_signs(low: float, high: float) -> tuple[float, float]:
 def stress_field(field: xr.Dataset) -> Drawing:
     """Mesh (upper half) and polymer stress (lower half) around the spheres of one point."""
     data = _visible(_with_trace(field))
-    centre = float(data["sphere_position"].mean())
+    centre = float(data["sphere_position"].sel(sphere="middle"))
     z, r = data["z"].values - centre, data["r"].values
     trace = data["stress_trace"].values
     view = _view(data["sphere_position"].values - centre, z)
-    height = PAGE * 0.86 / (view[1] - view[0]) + 0.75
-    figure = Figure(figsize=(PAGE, height), layout="constrained")
+    norm = _trace_norm(trace)
+    figure = Figure(figsize=(PAGE, PAGE * 0.8 / (view[1] - view[0]) + 0.75), layout="compressed")
     axes = figure.add_subplot()
     shown = axes.tripcolor(
         z,
         -r,
         data["triangles"].values,
-        trace,
-        norm=_trace_norm(trace),
-        cmap="cividis",
+        np.maximum(trace, norm.vmin),
+        norm=norm,
+        cmap="viridis",
         shading="gouraud",
         rasterized=True,
     )
@@ -484,25 +513,23 @@ def stress_field(field: xr.Dataset) -> Drawing:
     axes.add_collection(
         LineCollection(np.stack([z[lines], r[lines]], axis=-1), colors=GREY, linewidths=0.4)
     )
-    axes.axhline(0, color="black", lw=0.5, ls=(0, (8, 4)))
     radius = float(data["confinement"]) / 2
     for position, name in zip(data["sphere_position"].values, data["sphere"].values, strict=True):
         where = (position - centre, 0)
-        axes.add_patch(Circle(where, radius, facecolor="white", edgecolor="black", lw=0.8))
+        sphere = Circle(where, radius, facecolor="white", edgecolor="black", lw=0.8, zorder=3)
+        axes.add_patch(sphere)
         axes.text(*where, str(name), ha="center", va="center", fontsize=6)
-    arrow = {"arrowstyle": "-|>", "lw": 1.2, "color": "black"}
-    white = {"facecolor": "white", "edgecolor": "none", "pad": 1.5, "alpha": 0.9}
-    left = view[0] + 0.05
-    axes.annotate("", (left + 0.3, 0.12), (left, 0.12), arrowprops=arrow)
-    axes.text(left + 0.02, 0.2, "flow", ha="left", va="center", bbox=white)
-    axes.text(left, 0.43, "mesh", ha="left", va="center", bbox=white)
-    axes.text(left, -0.43, "polymer stress", ha="left", va="center", bbox=white)
+    for height, words in ((0.44, "mesh"), (-0.44, "polymer stress")):
+        white = {"facecolor": "white", "edgecolor": "none", "pad": 1.5, "alpha": 0.9}
+        axes.text(view[0] + 0.04, height, words, ha="left", va="center", bbox=white)
     axes.set(aspect="equal", xlim=view, ylim=(-0.5, 0.5))
-    axes.set_xlabel("position along the channel, $z$ [$D$]")
+    axes.set_xlabel("position along the channel from the middle sphere, $z$ [$D$]")
     axes.set_ylabel("radius, $r$ [$D$]")
     axes.yaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
     axes.set_title(_field_conditions(data), loc="left")
-    bar = figure.colorbar(shown, ax=axes, pad=0.01, aspect=25, extend=_extend(trace, shown.norm))
+    axes.set_title(r"flow $\longrightarrow$", loc="right")
+    extend = "min" if np.nanmin(trace) < norm.vmin else "neither"
+    bar = figure.colorbar(shown, ax=axes, pad=0.01, aspect=25, extend=extend)
     bar.set_label(
         r"trace of the polymer stress,"
         "\n"
@@ -560,10 +587,6 @@ def _trace_norm(trace: NDArray) -> Normalize:
     return LogNorm(max(smallest, largest / 10**DECADES), largest, clip=False)
 
 
-def _extend(trace: NDArray, norm: Normalize) -> str:
-    return "min" if np.nanmin(trace) < norm.vmin else "neither"
-
-
 def _field_conditions(field: xr.Dataset) -> str:
     distances = [
         f"{symbol} = " + (f"{s:g} $d$" if math.isfinite(s) else "\N{INFINITY}")
@@ -589,21 +612,28 @@ def spacing(trains: xr.Dataset) -> Drawing:
     width = float(data["spacing_bin"].attrs["bin_width"])
     edges = np.append(centres - width / 2, centres[-1] + width / 2)
     figure = Figure(figsize=(COLUMN, 0.75 + 0.78 * len(stations)), layout="constrained")
-    figure.get_layout_engine().set(h_pad=0.01, hspace=0.0)
-    panels = figure.subplots(len(stations), 1, sharex=True, squeeze=False)[:, 0]
+    figure.get_layout_engine().set(h_pad=0.02, hspace=0.0)
+    panels = figure.subplots(len(stations), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     law = float(data["mean_spacing_law"])
     for n, axes in enumerate(panels):
         _draw_distribution(axes, data.isel(station=n), edges)
-        axes.axvline(law, color="black", lw=0.8, ls=(0, (4, 2)))
+        mean = axes.axvline(law, color="black", lw=0.8, ls=(0, (4, 2)))
         axes.set_xlim(edges[0] - 2 * width, edges[-1])
-        axes.set_ylim(bottom=0)
+        axes.xaxis.set_major_locator(MaxNLocator(8, integer=True, steps=[1, 2, 5, 10]))
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.spines[["top", "right"]].set_visible(False)
+    high = data["spacing_density"] + data["spacing_density_halfwidth"].fillna(0.0)
+    panels[0].set_ylim(0.0, 1.05 * float(high.max()))
     panels[-1].set_xlabel("distance to the sphere ahead, $s^*$ [$d$]")
     figure.supylabel("probability density [$1/d$]", fontsize=STYLE["axes.labelsize"])
-    figure.suptitle(
-        _conditions(*(float(data[name]) for name in scalars[:3])),
-        fontsize=STYLE["axes.titlesize"],
+    conditions = _conditions(*(float(data[name]) for name in scalars[:3]))
+    figure.suptitle(conditions, fontsize=STYLE["axes.titlesize"])
+    entries = [(mean, rf"equally spaced: $\frac{{2}}{{3}}\,(d/D)^2/\phi$ = {law:.2f} $d$")]
+    if (repeats := trains.sizes["repeat"]) > 1:
+        band = Patch(facecolor=BLUE, alpha=0.3, lw=0)
+        entries.append((band, f"95 % band, {repeats} repeats"))
+    figure.legend(
+        *zip(*entries, strict=True), loc="outside lower center", ncols=2, columnspacing=1.2
     )
     return Drawing(figure, data)
 
@@ -611,11 +641,9 @@ def spacing(trains: xr.Dataset) -> Drawing:
 def _draw_distribution(axes: Axes, station: xr.Dataset, edges: NDArray):
     density = station["spacing_density"].values
     half = np.nan_to_num(station["spacing_density_halfwidth"].values)
-    axes.stairs(density, edges, fill=True, color=BLUE, alpha=0.25, lw=0)
-    axes.stairs(
-        density + half, edges, baseline=np.maximum(density - half, 0), fill=True, color=BLUE, lw=0
-    )
-    axes.stairs(density, edges, color=BLUE, lw=0.8)
+    low, high = np.maximum(density - half, 0), density + half
+    axes.stairs(high, edges, baseline=low, fill=True, color=BLUE, alpha=0.3, lw=0)
+    axes.stairs(density, edges, color=BLUE, lw=1.0)
     axes.text(
         0.99,
         0.98,
@@ -629,13 +657,18 @@ def _draw_distribution(axes: Axes, station: xr.Dataset, edges: NDArray):
 
 
 def _measures(station: xr.Dataset) -> str:
-    mode, variation = float(station["spacing_mode"]), float(station["spacing_variation"])
-    touching = 100 * float(station["touching_share"])
+    """Most frequent spacing, coefficient of variation, share of touching spheres, in words."""
+
+    def words(name: str, decimals: int, factor: float = 1.0) -> str:
+        value, half = (factor * float(station[name + end]) for end in ("", "_halfwidth"))
+        known = f" \N{PLUS-MINUS SIGN} {half:.{decimals}f}" if math.isfinite(half) else ""
+        return f"{value:.{decimals}f}{known}"
+
     return (
         f"$z$ = {float(station['station']):g} $D$\n"
-        f"most frequent {mode:.2f} $d$\n"
-        f"st. dev./mean {variation:.2f}\n"
-        f"touching {touching:.1f} %"
+        f"mode {words('spacing_mode', 1)} $d$\n"
+        f"CV {words('spacing_variation', 2)}\n"
+        f"touching {words('touching_share', 1, 100)} %"
     )
 
 
@@ -644,26 +677,31 @@ def train(trains: xr.Dataset) -> Drawing:
     """Successive spheres against channel position, in a frame that moves with them."""
     tracks = ["track_time", "track_position"]
     scalars = ["deborah", "confinement", "volume_fraction"]
-    data = trains[[*tracks, *scalars]]
+    data = trains[[*tracks, *scalars]].transpose("track_sphere", "track_station")
+    entered = data["track_position"].values[:, 0]
+    data = data.isel(track_sphere=entered > entered[0] - DRAWN_LENGTH)
     z = data["track_station"].values
-    y = data["track_position"].transpose("track_sphere", "track_station").values
+    y = moving_frame(z, data["track_time"].values, float(data["confinement"]))
+    data["track_position"] = data["track_position"].copy(data=y)  # in the frame of those drawn
     figure = Figure(figsize=(COLUMN, 4.6), layout="constrained")
     axes = figure.add_subplot()
-    alone, touching = _pieces(z, y)
     width = _one_diameter(figure, y)
-    for pieces, colour, label in (
-        (alone, BLUE, "sphere"),
-        (touching, VERMILLION, f"touching another one ($s^*$ < {TOUCHING:g})"),
+    start = axes.hlines(y[:, 0], z[0], z[-1], color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
+    entries = [(start, "as entered")]
+    for pieces, colour, label in zip(
+        _pieces(z, y),
+        (BLUE, VERMILLION),
+        ("sphere", f"touching ($s^*$ < {TOUCHING:g})"),
+        strict=True,
     ):
-        axes.add_collection(
-            LineCollection(pieces, colors=colour, linewidths=width, capstyle="butt")
-        )
-        axes.plot([], [], color=colour, lw=2, label=label)
+        if pieces:
+            axes.add_collection(LineCollection(pieces, colors=colour, linewidths=width))
+            entries.append((Line2D([], [], color=colour, lw=2), label))
     axes.set(xlim=(z[0], z[-1]), ylim=(y.min() - 2, y.max() + 2))
     axes.set_xlabel("position along the channel, $z$ [$D$]")
     axes.set_ylabel("position in the frame of the train [$d$]\n(the flow is upwards)")
     axes.set_title(_conditions(*(float(data[name]) for name in scalars)))
-    figure.legend(loc="outside lower center", ncols=2)
+    figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=3)
     return Drawing(figure, data)
 
 
@@ -687,7 +725,7 @@ def _pieces(z: NDArray, y: NDArray) -> tuple[list[NDArray], list[NDArray]]:
     alone, touching = [], []
     for sphere, state in zip(y, touches, strict=True):
         cuts = [0, *(np.flatnonzero(state[1:] != state[:-1]) + 1), z.size - 1]
-        for start, end in zip(cuts, cuts[1:], strict=False):
+        for start, end in itertools.pairwise(cuts):
             piece = np.stack([z[start : end + 1], sphere[start : end + 1]], axis=-1)
             (touching if state[start] else alone).append(piece)
     return alone, touching

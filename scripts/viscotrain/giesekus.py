@@ -1,7 +1,7 @@
 """The Giesekus law in log-conformation variables, without eigenvectors.
 
-Mode k has the conformation c = I + (lambda_k/eta_k) tau_k = exp(psi). With psi in place of tau_k the
-conformation is positive definite by construction, whatever the solver does. In the (z, r) plane
+Mode k has the conformation c = I + (lambda_k/eta_k) tau_k = exp(psi). With psi in place of tau_k
+the conformation is positive definite by construction, whatever the solver does. In the (z, r) plane
 
     psi = [[m + a, b], [b, m - a]],   theta = psi_tt,   delta^2 = a^2 + b^2,
     S = sinh(delta)/delta,   C = cosh(delta),   g = (delta coth(delta) - 1)/delta^2,
@@ -12,10 +12,11 @@ and with e = (D_zz - D_rr)/2, f = D_zr and the vorticity w the law reads
     Dm/Dt     = D_zz + D_rr               - [alpha e^m C - (1 - alpha) e^-m C + 1 - 2 alpha]/lambda
     Da/Dt     = 2 e - 2 g (f a - e b) b + 2 w b - [alpha e^m + (1 - alpha) e^-m] S a/lambda
     Db/Dt     = 2 f + 2 g (f a - e b) a - 2 w a - [alpha e^m + (1 - alpha) e^-m] S b/lambda
-    Dtheta/Dt = 2 D_tt                    - [alpha e^theta - (1 - alpha) e^-theta + 1 - 2 alpha]/lambda
+    Dtheta/Dt = 2 D_tt - [alpha e^theta - (1 - alpha) e^-theta + 1 - 2 alpha]/lambda
 
-(two-dimensional form of Fattal & Kupferman, J. Non-Newtonian Fluid Mech. 123, 2004, 281, and Hulsen,
-Fattal & Kupferman, 127, 2005, 27; free of eigenvectors like Knechtges, Behr & Elgeti, 214, 2014, 78).
+(two-dimensional form of Fattal & Kupferman, J. Non-Newtonian Fluid Mech. 123, 2004, 281, and of
+Hulsen, Fattal & Kupferman, 127, 2005, 27; free of eigenvectors like Knechtges, Behr & Elgeti, 214,
+2014, 78).
 Viscosities are in eta_0, times in D/Ubar, stresses in eta_0 Ubar/D.
 """
 
@@ -88,12 +89,4 @@ def evolution(psi: LogConformation, D: Tensor, w, relaxation_time, mobility) -> 
         a=2 * e - 2 * turn * b + 2 * w * b - recoil * a,
         b=2 * f + 2 * turn * a - 2 * w * a - recoil * b,
         theta=2 * D.tt - (alpha * exp(theta) - (1 - alpha) * exp(-theta) + 1 - 2 * alpha) / lam,
-    )
-
-
-def slow_flow(D: Tensor, relaxation_time) -> LogConformation:
-    """Psi = 2 lambda D, the limit of vanishing Deborah number."""
-    lam = relaxation_time
-    return LogConformation(
-        m=lam * (D.zz + D.rr), a=lam * (D.zz - D.rr), b=2 * lam * D.zr, theta=2 * lam * D.tt
     )

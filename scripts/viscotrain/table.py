@@ -12,8 +12,8 @@ import xarray as xr
 
 from viscotrain.errors import TableError
 from viscotrain.interpolation import (
-    MIDDLE,
     LEADING,
+    MIDDLE,
     MOST_NAMED,
     PARTICLES,
     TRAILING,
@@ -198,10 +198,12 @@ def _refuse_holes(table: xr.Dataset, allowed: int, reasons: Mapping[tuple, str])
     found = list(holes(table))
     if len(found) <= allowed:
         return
-    lines = [
-        f"  De {De:g}, sp {sp:g}, sf {sf:g}: {reasons.get((De, sp, sf), 'not attempted')}"
-        for De, sp, sf in found[:MOST_NAMED]
-    ]
+    solved = table["status"] == SOLVED
+    lines = []
+    for De, sp, sf in found[:MOST_NAMED]:
+        incomplete = bool(solved.sel(deborah=De, sp=sp, sf=sf))
+        why = "needs the single sphere, which is not solved" if incomplete else "not attempted"
+        lines.append(f"  De {De:g}, sp {sp:g}, sf {sf:g}: {reasons.get((De, sp, sf), why)}")
     if len(found) > MOST_NAMED:
         lines.append(f"  and {len(found) - MOST_NAMED} more")
     points = table["status"].size

@@ -2,8 +2,8 @@
 
 Trial functions u, p, psi; test functions v, q, chi. In the frame of one sphere (see `dns`)
 
-    0 = viscous(eta_s) + sum_k polymer(tau_k) + pressure + incompressibility + flow_rate    (momentum)
-    0 = transport(psi_k)   for each mode k                                                 (constitutive)
+    0 = viscous(eta_s) + sum_k polymer(tau_k) + pressure + incompressibility + flow_rate + follow
+    0 = transport(psi_k)   for each mode k
 
 Integration by parts leaves the traction on the boundaries. On a boundary where u_z is one unknown
 (a sphere, the wall) the natural condition is the total force, not the traction: zero for a sphere.
@@ -63,7 +63,7 @@ def flow_rate(u: Velocity, v: Velocity, drop, drop_test, *, mean_velocity, lengt
 def transport(
     psi, chi, u: Velocity, mesh_velocity: Velocity, rate: LogConformation
 ) -> list[CoefficientFunction]:
-    """[(u - w) . grad psi - rate] chi, one integrand per component of psi.
+    """[(u - w) . grad psi - rate] . chi, one integrand per component of psi.
 
     The time derivative at a fixed point of the mesh, which moves with w, is the term that the
     quasi-steady problem drops.

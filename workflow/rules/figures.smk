@@ -1,1 +1,89 @@
-FIGURES = []
+"""Figures, each as PNG and PDF with its data beside it."""
+
+FIGURES = [
+    "pair_velocity",
+    "stress_field",
+    *[f"relative_velocities_De{number_name(De)}" for De in STUDY.deborah.values],
+    *[
+        f"{kind}_{train_name(De, phi)}"
+        for kind in ("spacing", "train")
+        for De in STUDY.trains.deborah
+        for phi in STUDY.trains.volume_fraction
+    ],
+]
+
+
+rule relative_velocities:
+    input:
+        f"{RESULTS}/table/velocity_table.nc",
+    output:
+        multiext(
+            f"{RESULTS}/figures/relative_velocities_De{{deborah}}",
+            ".png",
+            ".pdf",
+            ".nc",
+        ),
+    log:
+        f"{RESULTS}/logs/figures/relative_velocities_De{{deborah}}.log",
+    conda:
+        "../../envs/viscotrain.yaml"
+    params:
+        confinement=STUDY.confinement,
+    message:
+        "Figure: relative velocities over both distances, De = {wildcards.deborah}"
+    script:
+        "../../scripts/figures.py"
+
+
+rule pair_velocity:
+    input:
+        f"{RESULTS}/table/velocity_table.nc",
+    output:
+        multiext(f"{RESULTS}/figures/pair_velocity", ".png", ".pdf", ".csv"),
+    log:
+        f"{RESULTS}/logs/figures/pair_velocity.log",
+    conda:
+        "../../envs/viscotrain.yaml"
+    params:
+        confinement=STUDY.confinement,
+    message:
+        "Figure: relative velocity of a pair against its distance, all De"
+    script:
+        "../../scripts/figures.py"
+
+
+rule stress_field:
+    input:
+        f"{RESULTS}/dns/field.nc",
+    output:
+        multiext(f"{RESULTS}/figures/stress_field", ".png", ".pdf", ".nc"),
+    log:
+        f"{RESULTS}/logs/figures/stress_field.log",
+    conda:
+        "../../envs/viscotrain.yaml"
+    message:
+        "Figure: mesh and polymer stress around one triplet"
+    script:
+        "../../scripts/figures.py"
+
+
+rule spacing_or_train:
+    input:
+        f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
+    output:
+        multiext(
+            f"{RESULTS}/figures/{{kind}}_De{{deborah}}_phi{{volume_fraction}}",
+            ".png",
+            ".pdf",
+            ".nc",
+        ),
+    log:
+        f"{RESULTS}/logs/figures/{{kind}}_De{{deborah}}_phi{{volume_fraction}}.log",
+    wildcard_constraints:
+        kind="spacing|train",
+    conda:
+        "../../envs/viscotrain.yaml"
+    message:
+        "Figure: {wildcards.kind}, De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+    script:
+        "../../scripts/figures.py"

@@ -1,0 +1,177 @@
+"""Direct numerical simulation against exact, semi-analytic and published results.
+
+Tolerances are the accuracy that the project states for its default settings.
+"""
+
+import math
+from pathlib import Path
+
+import ngsolve
+import numpy as np
+import pandas as pd
+import pytest
+
+from viscotrain import dns, newton
+from viscotrain.config import load_study
+from viscotrain.flow import Flow, copy
+from viscotrain.fluid import NEWTONIAN, DimensionlessFluid, Mode
+from viscotrain.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.pipe import pipe_flow
+from viscotrain.simulation import make_flow, solutions, solver_options
+
+ROOT = Path(__file__).parents[1]
+REFERENCE = ROOT / "tests" / "reference"
+DEMO = load_study(ROOT / "config" / "config.yaml")
+
+
+def study(confinement=0.2, deborah=(0.0,), **dns_settings):
+    """The demo study, default resolution, with another sphere and other Deborah numbers."""
+    particle = DEMO.particle.model_copy(update={"diameter": confinement * DEMO.channel.diameter})
+    values = DEMO.deborah.model_copy(update={"values": deborah})
+    settings = DEMO.dns.model_copy(update=dns_settings)
+    return DEMO.model_copy(update={"particle": particle, "deborah": values, "dns": settings})
+
+
+def velocities(sp, sf, **options) -> np.ndarray:
+    """U (deborah, sphere) with default settings."""
+    found = [solution for _, solution in solutions(study(**options), sp, sf)]
+    assert all(solution.solved for solution in found)
+    return np.array([list(solution.velocities.values()) for solution in found])
+
+
+def rows(name):
+    return list(pd.read_csv(REFERENCE / name, comment="#").itertuples(index=False))
+
+
+# ------------------------------------------------------------------------------ Newtonian fluid
+
+
+@pytest.mark.parametrize("row", rows("newtonian_triplet.csv"))
+def test_newtonian_triplet(row):
+    (U,) = velocities(row.sp, row.sf, confinement=row.confinement)
+    assert pytest.approx([row.U1, row.U2, row.U3], abs=1e-6) == U
+
+
+@pytest.mark.parametrize("row", rows("newtonian_pair.csv"))
+def test_newtonian_pair_keeps_its_distance(row):
+    (U,) = velocities(math.inf, row.spacing, confinement=row.confinement)
+    assert pytest.approx([row.velocity] * 2, abs=1e-6) == U
+    assert U[1] - U[0] == pytest.approx(0, abs=1e-7)
+
+
+@pytest.mark.parametrize("row", rows("newtonian_sphere.csv"))
+def test_newtonian_sphere(row):
+    (U,) = velocities(math.inf, math.inf, confinement=row.confinement)
+    assert pytest.approx([row.velocity], abs=1e-6) == U
+
+
+def test_newtonian_triplet_is_reversible():
+    """Turning the flow around mirrors the triplet."""
+    (U,), (mirrored,) = velocities(1.3, 2.1), velocities(2.1, 1.3)
+    assert pytest.approx(mirrored[::-1], abs=1e-7) == U
+
+
+def test_periodic_images_are_out_of_reach():
+    (U,), (longer,) = velocities(1.2, 1.6), velocities(1.2, 1.6, margin=3.0)
+    assert pytest.approx(longer, abs=1e-6) == U
+
+
+# ---------------------------------------------------------------------------- viscoelastic fluid
+
+
+def empty_tube(order: int, fluid) -> Flow:
+    geometry = Geometry(0.2, spheres=(), positions=(), length=1.0, reference=None)
+    options = MeshOptions(wall_size=0.1, axis_size=0.1, sphere_elements=14, gap_elements=3)
+    return Flow(geometry, make_mesh(geometry, options, order=1), fluid, order)
+
+
+def test_tube_without_spheres_is_the_semi_analytic_flow(hyaluronic_acid):
+    """Reference and the 1-D solution in `pipe`, which knows neither mesh nor log-conformation."""
+    reference = rows("giesekus_pipe.csv")
+    flow = empty_tube(3, hyaluronic_acid)
+    De = [row.deborah for row in reference]
+    for row, solution in zip(reference, dns.solve(flow, De, solver_options(DEMO)), strict=True):
+        centreline = solution.flow.fields().u.z(solution.flow.mesh(0.37, 0.0))
+        assert centreline == pytest.approx(row.centreline, abs=1e-4)
+        assert solution.pressure_gradient == pytest.approx(row.pressure_gradient, rel=1e-4)
+        exact = pipe_flow(hyaluronic_acid, row.deborah)
+        assert centreline == pytest.approx(exact.centreline_velocity, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_single_sphere_agrees_with_two_other_codes():
+    """U of one sphere, beta = 0.2, tube of 4 D, converged by two independent codes to 1e-6."""
+    converged = {0.5: 1.829855, 1.0: 1.770559, 2.0: 1.695214, 5.0: 1.653117}
+    U = velocities(math.inf, math.inf, deborah=tuple(converged))[:, 0]
+    assert pytest.approx(list(converged.values()), abs=4e-6) == U
+
+
+def test_relative_velocity_of_a_pair_begins_linearly_in_deborah():
+    """Memory alone moves a pair: halving De halves it, within the next order, De of 1 %."""
+    relative = np.diff(velocities(math.inf, 1.5, deborah=(0.005, 0.01)))[:, 0]
+    assert 1.9 < relative[1] / relative[0] < 2.1
+    assert abs(relative[1]) > 1e-6  # well above the error of the simulation
+
+
+def test_oldroyd_b_drag_on_a_sphere_in_a_two_to_one_tube():
+    """K = F/(6 pi eta_0 a U), eta_s = eta_0/2, De = lambda U/a.
+
+    Lunsmann, Genieser, Armstrong & Brown, J. Non-Newtonian Fluid Mech. 48, 1993, 63. The wall
+    moves backwards with the velocity 1 and the fluid has no flux relative to it.
+    """
+    published = {0.0: 5.9474, 0.3: 5.694, 0.6: 5.412}
+    fluid = DimensionlessFluid(0.5, (Mode(0.5, 1.0, 0.0),))
+    geometry = Geometry.triplet(0.5, math.inf, math.inf, margin=3.0)
+    options = MeshOptions(wall_size=0.1, axis_size=0.05, sphere_elements=24, gap_elements=3)
+    flow = Flow(geometry, make_mesh(geometry, options, 3), fluid, 3, mean_velocity=0.0)
+    wall = flow.unknown_of("wall")
+    flow.state.vec[wall] = -1.0
+    flow.free[wall] = flow.free_newtonian[wall] = False
+    a = geometry.radius
+    for De, K in published.items():
+        flow.deborah.Set(De * a)
+        form, free = (flow.viscoelastic, flow.free) if De else (flow.newtonian, flow.free_newtonian)
+        result = newton.solve(form, flow.state, free, tolerance=1e-8, max_iterations=20)
+        assert result.converged
+        residual = flow.state.vec.CreateVector()
+        form.Apply(flow.state.vec, residual)
+        force_on_wall = 2 * math.pi * residual[wall]  # opposite to the drag on the sphere
+        assert -force_on_wall / (6 * math.pi * a) == pytest.approx(K, abs=1e-3)
+
+
+def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
+    flow = make_flow(study(deborah=(0.0, 0.5)), math.inf, 1.5)
+    (solution,) = dns.solve(flow, [0.5], solver_options(DEMO))
+    assert solution.solved
+    raised = flow.variant(hyaluronic_acid, 4)
+    before = flow.sphere_velocities(), flow.pressure_gradient()
+    flow.embed(copy(flow.state.vec), raised)
+    assert raised.sphere_velocities() == pytest.approx(before[0], abs=1e-12)
+    assert raised.pressure_gradient() == pytest.approx(before[1], abs=1e-10)
+    for mine, other in zip(flow.fields().psi[0], raised.fields().psi[0], strict=True):
+        difference = ngsolve.Integrate((mine - other) ** 2, flow.mesh)
+        assert difference == pytest.approx(0, abs=1e-20)
+
+
+def test_newtonian_fluid_without_modes_needs_no_conformation():
+    flow = make_flow(study(), math.inf, math.inf).variant(NEWTONIAN, 3)
+    assert flow.fields().psi == []
+
+
+# ------------------------------------------------------------------------------------ continuation
+
+
+def test_steps_that_fail_are_halved():
+    """A first guess that is too far is refused; the result is that of small steps."""
+    few = study(deborah=(2.0,), max_iterations=4, deborah_step=50.0)
+    many = study(deborah=(0.5, 1.0, 2.0))
+    *_, (_, hard) = solutions(few, math.inf, math.inf)
+    *_, (_, easy) = solutions(many, math.inf, math.inf)
+    assert hard.solved
+    assert hard.velocities["middle"] == pytest.approx(easy.velocities["middle"], abs=1e-7)
+
+
+def test_a_point_that_does_not_converge_ends_the_path_with_a_reason():
+    found = list(solutions(study(deborah=(0.0, 1.0, 2.0), max_iterations=1), 1.5, 1.5))
+    assert [solution.solved for _, solution in found] == [False]
+    assert "after 1 iterations" in found[-1][1].convergence.reason
