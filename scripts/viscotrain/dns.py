@@ -7,8 +7,8 @@ De = 0. The flow is Newtonian and linear; solved `NEWTONIAN_EXTRA` orders higher
 is exact to 1e-7 at little cost.
 
 Continuation. Deborah numbers are solved in ascending order. The guess of a step extrapolates up to
-`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved. From the Deborah
-number on where stress layers and strands become thin, the order is higher, on the same mesh.
+`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved. From the De on
+where stress layers and strands become thin, the order is higher, on the same mesh.
 """
 
 import math

@@ -33,7 +33,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from viscotrain import datasets
 from viscotrain.errors import ViscotrainError
-from viscotrain.interpolation import LEADING, MIDDLE, TripletVelocities, VelocityTable
+from viscotrain.interpolation import LEADING, MIDDLE, PARTICLES, TripletVelocities, VelocityTable
 from viscotrain.table import NEGLIGIBLE, PAIRS, holes
 from viscotrain.trains import TOUCHING, moving_frame
 
@@ -188,9 +188,11 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
     velocities = VelocityTable(table)
     layer = table.isel(deborah=velocities.index(deborah))
     sp, sf = layer["sp"].values, layer["sf"].values
-    U = layer["velocity"].transpose("sp", "sf", "particle")
-    nodes = np.diff(U.sel(particle=["trailing", "middle", "leading"]).values, axis=-1)
+    U = layer["velocity"].transpose("sp", "sf", "particle").sel(particle=list(PARTICLES))
+    nodes = np.diff(U.values, axis=-1)
     missing = [(p, f) for De, p, f in holes(table) if De == float(layer["deborah"])]
+    for p, f in missing:
+        nodes[sp == p, sf == f] = np.nan
     s = _all_distances()
     surface = np.full((GRID, GRID, 2), np.nan)
     if not missing:
@@ -224,14 +226,11 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
             rf"gap of middle and {who} sphere, $U_{n + 2} - U_{n + 1}$", loc="left", pad=7
         )
         axes.set(aspect="equal", xlim=(0, 1), ylim=(0, 1))
-        axes.set_xlabel("distance to the trailing sphere, $s_p$ [$d$]")
+        axes.set(xlabel="distance to the trailing sphere, $s_p$ [$d$]")
         _distance_axis(axes.xaxis)
         _distance_axis(axes.yaxis)
     panels[0].set_ylabel("distance to the leading sphere, $s_f$ [$d$]")
-    bar = figure.colorbar(shown, ax=panels, aspect=28, pad=0.035, ticks=MaxNLocator(8, symmetric=1))
-    bar.set_label(f"relative velocity {_velocity_unit(power)}")
-    bar.ax.set_title("\n".join(REPULSION), color=REPULSION_COLOUR, fontsize=7)
-    bar.ax.set_xlabel("\n".join(ATTRACTION), color=ATTRACTION_COLOUR, fontsize=7)
+    _signed_colour_bar(figure, panels, shown, f"relative velocity {_velocity_unit(power)}")
     crosses = not missing and bool(drawn.min() < 0 < drawn.max())
     _legend_below(figure, bool(missing), crosses, None if missing else error)
     return Drawing(figure, data)
@@ -260,6 +259,13 @@ def _relative_velocity_data(s, surface, sp, sf, nodes, deborah) -> xr.Dataset:
             "deborah": ((), float(deborah), dict(deborah.attrs)),
         },
     )
+
+
+def _signed_colour_bar(figure: Figure, panels: list[Axes], shown, label: str):
+    bar = figure.colorbar(shown, ax=panels, aspect=28, pad=0.035, ticks=MaxNLocator(8, symmetric=1))
+    bar.set_label(label)
+    bar.ax.set_title("\n".join(REPULSION), color=REPULSION_COLOUR, fontsize=7)
+    bar.ax.set_xlabel("\n".join(ATTRACTION), color=ATTRACTION_COLOUR, fontsize=7)
 
 
 def _draw_surface(axes: Axes, x: NDArray, values: NDArray, norm: Normalize):

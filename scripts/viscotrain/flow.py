@@ -171,6 +171,9 @@ class Flow:
                 other.vec.data = mine.vec
             else:
                 other.Set(mine)
+        for boundary in (*self.geometry.moving_spheres, "wall"):
+            if boundary != self._fixed:  # `Set` averages these unknowns with the wrong weight
+                target.state.vec[target.unknown_of(boundary)] = self._speed(boundary)
         return copy(target.state.vec)
 
     def _speed(self, boundary: str) -> float:
