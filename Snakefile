@@ -27,7 +27,9 @@ try:
     STUDY = parse_study(
         config,
         source=", ".join(map(str, workflow.configfiles)),
-        known_problems=[line for path in workflow.configfiles for line in read_yaml(path)[1]],
+        known_problems=[
+            line for path in workflow.configfiles for line in read_yaml(path)[1]
+        ],
     )
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
@@ -36,9 +38,9 @@ RESULTS = f"results/{STUDY.study}"
 
 
 rule all:
+    default_target: True
     input:
         f"{RESULTS}/summary.txt",
-    default_target: True
 
 
 include: "workflow/rules/dns.smk"

@@ -11,24 +11,24 @@ wildcard_constraints:
 
 rule dns:
     output:
-        result=f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}.nc",
-        timing=f"{RESULTS}/dns/timing/sp{{sp}}_sf{{sf}}.csv",
         **(
             {"fields": directory(f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}")}
             if STUDY.dns.save_fields
             else {}
         ),
+        result=f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}.nc",
+        timing=f"{RESULTS}/dns/timing/sp{{sp}}_sf{{sf}}.csv",
     log:
         f"{RESULTS}/logs/dns/sp{{sp}}_sf{{sf}}.log",
-    params:
-        physics=provenance.digest(provenance.PHYSICS),
-        settings=STUDY.dns_settings(),
+    conda:
+        "../../envs/viscotrain.yaml"
     threads: 1
     resources:
         mem_mb=3000,
         runtime=60,
-    conda:
-        "../../envs/viscotrain.yaml"
+    params:
+        physics=provenance.digest(provenance.PHYSICS),
+        settings=STUDY.dns_settings(),
     message:
         "Simulating the triplet sp = {wildcards.sp}, sf = {wildcards.sf}"
     script:
@@ -40,16 +40,16 @@ rule field:
         f"{RESULTS}/dns/field.nc",
     log:
         f"{RESULTS}/logs/dns/field.log",
-    params:
-        physics=provenance.digest((*provenance.PHYSICS, "fields")),
-        settings=STUDY.dns_settings(),
-        point=STUDY.field_point().model_dump(mode="json"),
+    conda:
+        "../../envs/viscotrain.yaml"
     threads: 1
     resources:
         mem_mb=3000,
         runtime=60,
-    conda:
-        "../../envs/viscotrain.yaml"
+    params:
+        physics=provenance.digest((*provenance.PHYSICS, "fields")),
+        settings=STUDY.dns_settings(),
+        point=STUDY.field_point().model_dump(mode="json"),
     message:
         "Computing the fields of the triplet that is drawn"
     script:

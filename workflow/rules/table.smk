@@ -8,11 +8,11 @@ rule table:
         f"{RESULTS}/table/velocity_table.nc",
     log:
         f"{RESULTS}/logs/table/velocity_table.log",
+    conda:
+        "../../envs/viscotrain.yaml"
     params:
         code=provenance.digest(provenance.TABLE),
         settings=STUDY.table.model_dump(mode="json"),
-    conda:
-        "../../envs/viscotrain.yaml"
     message:
         "Combining all geometries to the velocity table"
     script:

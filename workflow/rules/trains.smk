@@ -1,7 +1,9 @@
 """Particle trains: one job per Deborah number and volume fraction, with all its repeats."""
 
 TRAINS = [
-    train_name(De, phi) for De in STUDY.trains.deborah for phi in STUDY.trains.volume_fraction
+    train_name(De, phi)
+    for De in STUDY.trains.deborah
+    for phi in STUDY.trains.volume_fraction
 ]
 
 
@@ -12,11 +14,11 @@ rule trains:
         f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
     log:
         f"{RESULTS}/logs/trains/De{{deborah}}_phi{{volume_fraction}}.log",
+    conda:
+        "../../envs/viscotrain.yaml"
     params:
         code=provenance.digest(provenance.TRAINS),
         settings=STUDY.trains_settings(),
-    conda:
-        "../../envs/viscotrain.yaml"
     message:
         "Simulating trains at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
     script:

@@ -1,0 +1,118 @@
+"""What the dns stage stores: datasets, marked failures, fields."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+from viscotrain import datasets, simulation
+from viscotrain.config import load_study, parse_study
+from viscotrain.table import NOT_ATTEMPTED, NOT_CONVERGED, SOLVED
+
+ROOT = Path(__file__).parents[1]
+TINY = load_study(ROOT / "config" / "tiny.yaml")
+
+
+def quiet(_):
+    pass
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory):
+    """The tiny study's triplet, as written and read again, and the folder of its VTU files."""
+    folder = tmp_path_factory.mktemp("dns")
+    lines = []
+    result, timing = simulation.simulate(TINY, 1.5, 1.5, lines.append, vtu_folder=folder)
+    datasets.write(result, folder / "result.nc")
+    return xr.load_dataset(folder / "result.nc"), timing, lines, folder
+
+
+def test_dataset_is_complete_finite_and_described(solved):
+    result, *_ = solved
+    assert (result["status"] == SOLVED).all()
+    assert result["velocity"].dims == ("deborah", "particle")
+    for name in ("velocity", "pressure_gradient", "centreline_velocity", "residual"):
+        assert np.isfinite(result[name]).all(), name
+    for name, variable in result.data_vars.items():
+        assert variable.attrs["long_name"], name
+        if variable.dtype.kind == "f":
+            assert variable.attrs["units"], name
+    for coordinate in result.coords.values():
+        assert "_FillValue" not in coordinate.encoding or coordinate.dtype.kind != "f"
+    assert set(result.attrs) >= {"git_commit", "physics_digest", "software_versions"}
+    assert parse_study(yaml.safe_load(result.attrs["study_config"])) == TINY
+
+
+def test_velocities_are_ordered_and_plausible(solved):
+    """Spheres on the axis are a little slower than the undisturbed centreline."""
+    result, *_ = solved
+    assert (result["velocity"] < result["centreline_velocity"]).all()
+    assert (result["velocity"] > 0.95 * result["centreline_velocity"]).all()
+    assert result["centreline_velocity"][0] == pytest.approx(2.0)
+    Newtonian = result["velocity"].sel(deborah=0)
+    assert Newtonian.sel(particle="trailing") == pytest.approx(
+        float(Newtonian.sel(particle="leading")), abs=1e-5
+    )
+
+
+def test_both_deborah_numbers_are_stored(solved):
+    result, *_ = solved
+    mean = TINY.dimensionless_fluid.mean_relaxation_time
+    assert result["deborah_longest_mode"].values == pytest.approx([0, 1])
+    assert result["deborah_mean_relaxation_time"].values == pytest.approx([0, mean])
+
+
+def test_the_log_has_a_line_per_deborah_number(solved):
+    _, timing, lines, _ = solved
+    assert len(lines) == len(TINY.deborah.values) == len(timing)
+    for De, line in zip(TINY.deborah.values, lines, strict=True):
+        assert line.startswith(f"De {De:g}:")
+        assert "iterations" in line and "residual" in line and "CPU s" in line
+
+
+def test_missing_spheres_have_no_velocity_of_their_own():
+    result, _ = simulation.simulate(TINY, math.inf, 1.5, quiet)
+    assert np.isnan(result["velocity"].sel(particle="trailing")).all()
+    assert np.isfinite(result["velocity"].sel(particle=["middle", "leading"])).all()
+
+
+def test_failure_is_a_result():
+    """One iteration cannot converge: NaN, a status and a reason, and no exception."""
+    dns = TINY.dns.model_copy(update={"max_iterations": 1})
+    result, timing = simulation.simulate(TINY.model_copy(update={"dns": dns}), 1.5, 1.5, quiet)
+    assert result["status"].values.tolist() == [NOT_CONVERGED, NOT_ATTEMPTED]
+    assert np.isnan(result["velocity"]).all()
+    assert "after 1 iterations" in str(result["reason"][0].item())
+    assert "smaller De" in str(result["reason"][1].item())
+    assert len(timing) == 1
+
+
+def test_vtu_files_open_in_pyvista(solved):
+    pyvista = pytest.importorskip("pyvista")
+    *_, folder = solved
+    result, *_ = solved
+    grid = pyvista.read(folder / "De1.vtu")
+    assert {"velocity_z", "pressure", "stress_zz", "stress_zr"} <= set(grid.point_data)
+    speed = grid.point_data["velocity_z"]
+    # 0 at the wall, the centreline at most; the pointwise error at the axis is 1e-2 on this mesh
+    assert speed.min() == pytest.approx(0, abs=1e-6)
+    assert speed.max() == pytest.approx(float(result["centreline_velocity"][1]), abs=2e-2)
+
+
+def test_sampled_fields_have_the_flow_in_them():
+    field = simulation.field(TINY, 1.5, 1.5, 1.0, quiet)
+    z, r = field["z"].values, field["r"].values
+    corners = field["triangles"].values
+    (z1, z2, z3), (r1, r2, r3) = z[corners].T, r[corners].T
+    area = np.abs((z2 - z1) * (r3 - r1) - (z3 - z1) * (r2 - r1)) / 2
+    length, a = float(field["length"]), float(field["confinement"]) / 2
+    exact = length / 2 - 3 * math.pi * a**2 / 2
+    assert area.sum() == pytest.approx(exact, rel=1e-3)  # chords of the curved elements
+    wall = np.isclose(r, 0.5)
+    assert np.abs(field["velocity_z"].values[wall]).max() < 1e-9
+    # near the wall shear makes a tension along the flow, tau_zz > 0, and drags it, tau_zr < 0
+    assert (field["stress_zz"].values[wall] > 0).all()
+    assert (field["stress_zr"].values[wall] < 0).all()

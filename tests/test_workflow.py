@@ -1,0 +1,322 @@
+"""The workflow: what runs when, what a wrong config does, and what a point that fails leaves.
+
+Everything goes through the command line of Snakemake or of the scripts, in a copy of the project's
+files; results go to the working directory. One small study is really finished, because the decision
+to repeat a job rests on records that only a finished job leaves.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+import xarray as xr
+import yaml
+
+from viscotrain import provenance
+from viscotrain.table import NOT_ATTEMPTED, NOT_CONVERGED
+
+ROOT = Path(__file__).parent.parent
+PARTS = ("workflow", "scripts", "config", "profiles", "envs")
+DNS_JOB = re.compile(r"Simulating the triplet sp = (\S+), sf = (\S+)")
+JOB_COUNT = re.compile(r"^(\w+)\s+(\d+)$", re.MULTILINE)
+TINY = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
+# Four geometries at one Deborah number: the least that has every kind of job.
+SMALL = TINY | {
+    "study": "small",
+    "deborah": {"values": [1], "definition": "longest_mode"},
+    "table": {"sp": [1.5, float("inf")], "sf": [1.5, float("inf")], "check": 0, "max_holes": 0},
+}
+AFTER_DNS = {
+    "table": 1,
+    "trains": 1,
+    "pair_velocity": 1,
+    "relative_velocities": 1,
+    "spacing_or_train": 2,
+    "summary": 1,
+    "all": 1,
+}
+
+
+class Project:
+    """A copy of the project's files, in which Snakemake and the scripts run."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+
+    @classmethod
+    def copy(cls, folder: Path) -> "Project":
+        ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
+        for part in PARTS:
+            shutil.copytree(ROOT / part, folder / part, ignore=ignored)
+        shutil.copy2(ROOT / "Snakefile", folder)
+        return cls(folder)
+
+    def configured(self, study: dict) -> str:
+        """Write a config and return its name."""
+        (self.folder / "study.yaml").write_text(yaml.safe_dump(study), encoding="utf-8")
+        return "study.yaml"
+
+    def run(self, *arguments: str) -> subprocess.CompletedProcess:
+        """Run Python with the package of this copy."""
+        environment = os.environ | {"PYTHONPATH": str(self.folder / "scripts")}
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self.folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+
+    def snakemake(self, *arguments: str) -> subprocess.CompletedProcess:
+        return self.run("-m", "snakemake", *arguments)
+
+    def plan(self, *arguments: str) -> tuple[dict[str, int], set[tuple[str, str]]]:
+        """Dry run: number of jobs per rule, and the geometries (sp, sf) that are simulated."""
+        done = self.snakemake("--dry-run", *arguments)
+        text = done.stdout + done.stderr
+        assert done.returncode == 0, text
+        counts = {rule: int(count) for rule, count in JOB_COUNT.findall(text)}
+        counts.pop("total", None)
+        return counts, set(DNS_JOB.findall(text))
+
+    def edit(self, name: str, old: str, new: str):
+        """Replace a piece of text in a file of the copy, which must be there."""
+        path = self.folder / name
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+@pytest.fixture
+def project(tmp_path) -> Project:
+    return Project.copy(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def finished_study(tmp_path_factory) -> Path:
+    """Folder in which the small study has run to its end."""
+    project = Project.copy(tmp_path_factory.mktemp("finished"))
+    done = project.snakemake("--cores", "2", "--configfile", project.configured(SMALL))
+    assert done.returncode == 0, done.stdout + done.stderr
+    return project.folder
+
+
+@pytest.fixture
+def finished(finished_study, tmp_path) -> Project:
+    """A copy of the finished study, to be changed; times of files and records come along."""
+    return Project(Path(shutil.copytree(finished_study, tmp_path / "copy")))
+
+
+# ------------------------------------------------------------------------------------------ plans
+
+
+@pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "config").glob("*.yaml")))
+def test_every_shipped_config_has_a_plan(config, project):
+    study = yaml.safe_load((ROOT / "config" / config).read_text(encoding="utf-8"))
+    table, trains = study["table"], study["trains"]
+    number_of_trains = len(trains["deborah"]) * len(trains["volume_fraction"])
+    jobs, geometries = project.plan("--configfile", f"config/{config}")
+    assert jobs == AFTER_DNS | {
+        "dns": len(table["sp"]) * len(table["sf"]) + table["check"],
+        "trains": number_of_trains,
+        "relative_velocities": len(study["deborah"]["values"]),
+        "spacing_or_train": 2 * number_of_trains,
+        "field": 1,
+        "stress_field": 1,
+    }
+    assert len(geometries) == jobs["dns"]
+    assert {("inf", "inf"), (str(table["sp"][0]), "inf")} <= geometries
+
+
+def test_without_a_config_file_the_demo_is_planned(project):
+    assert project.plan() == project.plan("--configfile", "config/config.yaml")
+
+
+def test_fields_of_every_point_do_not_change_the_plan(project):
+    saving = SMALL | {"dns": SMALL["dns"] | {"save_fields": True}}
+    assert project.plan("--configfile", project.configured(saving))[0]["dns"] == 4
+
+
+@pytest.mark.slow
+def test_a_finished_study_has_nothing_to_do(finished):
+    assert finished.plan("--configfile", "study.yaml") == ({}, set())
+
+
+@pytest.mark.slow
+def test_a_distance_more_runs_only_the_new_geometries_and_what_follows(finished):
+    larger = SMALL | {"table": SMALL["table"] | {"sp": [1.5, 2.5, float("inf")]}}
+    jobs, geometries = finished.plan("--configfile", finished.configured(larger))
+    assert geometries == {("2.5", "1.5"), ("2.5", "inf")}
+    assert jobs == AFTER_DNS | {"dns": 2}
+
+
+@pytest.mark.slow
+def test_other_trains_simulate_no_flow(finished):
+    more = SMALL | {"trains": SMALL["trains"] | {"volume_fraction": [0.005, 0.01]}}
+    jobs, _ = finished.plan("--configfile", finished.configured(more))
+    assert jobs == {"trains": 1, "spacing_or_train": 2, "summary": 1, "all": 1}
+
+
+@pytest.mark.slow
+def test_a_tolerance_simulates_every_flow_again(finished):
+    stricter = SMALL | {"dns": SMALL["dns"] | {"tolerance": 1e-8}}
+    jobs, _ = finished.plan("--configfile", finished.configured(stricter))
+    assert (jobs["dns"], jobs["field"]) == (4, 1)
+
+
+@pytest.mark.slow
+def test_comments_and_docstrings_of_the_physics_repeat_nothing(finished):
+    path = "scripts/viscotrain/giesekus.py"
+    finished.edit(path, '"""', '"""Other words. ')
+    finished.edit(path, "\nimport ", "\n# A comment.\nimport ")
+    assert finished.plan("--configfile", "study.yaml") == ({}, set())
+
+
+@pytest.mark.slow
+def test_code_of_the_physics_repeats_every_simulation(finished):
+    path = finished.folder / "scripts" / "viscotrain" / "weak_forms.py"
+    path.write_text(path.read_text(encoding="utf-8") + "\n\nUNUSED = 1\n", encoding="utf-8")
+    jobs, _ = finished.plan("--configfile", "study.yaml")
+    assert jobs == AFTER_DNS | {"dns": 4, "field": 1, "stress_field": 1}
+
+
+# ----------------------------------------------------------------------------------------- digest
+
+
+CODE = '''"""Title."""
+import math
+
+def area(radius):
+    """Words."""
+    return math.pi * radius**2
+'''
+
+
+def digest_of(folder: Path, code: str) -> str:
+    (folder / "physics.py").write_text(code, encoding="utf-8")
+    return provenance.digest(("physics",), package=folder)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"""Title."""', '"""Another title."""'),
+        ('    """Words."""\n', '    """Other\n    words."""\n'),
+        ('    """Words."""\n', ""),
+        ("import math\n", "import math  # for pi\n\n# A comment.\n"),
+        ("math.pi * radius**2", "(math.pi * (radius ** 2))"),
+    ],
+    ids=["module docstring", "function docstring", "no docstring", "comments", "layout"],
+)
+def test_digest_ignores_text(old, new, tmp_path):
+    assert old in CODE
+    assert digest_of(tmp_path, CODE.replace(old, new)) == digest_of(tmp_path, CODE)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("radius**2", "radius**3"), ("math.pi *", "-math.pi *"), ("(radius):", "(radius=1.0):")],
+)
+def test_digest_follows_code(old, new, tmp_path):
+    assert old in CODE
+    assert digest_of(tmp_path, CODE.replace(old, new)) != digest_of(tmp_path, CODE)
+
+
+def test_digest_is_that_of_the_named_modules_only(tmp_path):
+    before = digest_of(tmp_path, CODE)
+    (tmp_path / "figures.py").write_text("COLOUR = 1\n", encoding="utf-8")
+    assert provenance.digest(("physics",), package=tmp_path) == before
+
+
+def test_every_module_that_a_simulation_imports_is_in_its_digest():
+    """`config` and what makes datasets and fields of a solution decide no number."""
+    code = "import sys, viscotrain.dns, viscotrain.pipe; print(*sys.modules)"
+    done = Project(ROOT).run("-c", code)
+    found = {name.split(".")[1] for name in done.stdout.split() if name.startswith("viscotrain.")}
+    assert found - {"errors"} == set(provenance.PHYSICS)
+
+
+# ------------------------------------------------------------------------------ profile and config
+
+
+@pytest.mark.parametrize(("options", "attempted"), [((), 4), (("--profile", "none"), 1)])
+def test_the_default_profile_keeps_going_after_a_failed_geometry(options, attempted, project):
+    stub = "from pathlib import Path\nPath(f'attempt {snakemake.wildcards}').touch()\nexit(1)\n"
+    (project.folder / "scripts" / "dns.py").write_text(stub, encoding="utf-8")
+    done = project.snakemake("--cores", "1", "--configfile", project.configured(SMALL), *options)
+    assert done.returncode != 0
+    target = "dns jobs attempted"
+    assert (target, len(list(project.folder.glob("attempt *")))) == (target, attempted)
+
+
+def test_a_wrong_config_stops_before_any_job_with_one_message(project):
+    wrong = SMALL | {"particle": {"diameter": 1.0}, "dns": {"tolerence": 1e-7}}
+    done = project.snakemake("--cores", "1", "--configfile", project.configured(wrong))
+    text = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert text.count("problems") == 1
+    assert re.search(r"study\.yaml: 2 problems\n +particle\.diameter: .*\n +dns\.tolerence: ", text)
+    assert "Job stats" not in text
+    assert "Traceback" not in text
+    assert not (project.folder / "results").exists()
+
+
+def test_no_key_of_the_demo_leaks_into_another_config(project):
+    incomplete = {key: value for key, value in SMALL.items() if key != "fluid"}
+    done = project.snakemake("--dry-run", "--configfile", project.configured(incomplete))
+    assert done.returncode != 0
+    assert "fluid: missing" in done.stdout + done.stderr
+
+
+# ------------------------------------------------------------------------- scripts of the dns stage
+
+
+def simulated(project: Project, study: dict, output: str, sp="inf", sf="inf"):
+    """One geometry through the command line of the script."""
+    config = project.configured(study)
+    done = project.run("scripts/dns.py", "--configfile", config, "--sp", sp, "--sf", sf, output)
+    return done
+
+
+def test_a_point_that_does_not_converge_is_a_result_and_a_hole(project):
+    hopeless = SMALL | {
+        "deborah": {"values": [1, 2], "definition": "longest_mode"},
+        "dns": SMALL["dns"] | {"max_iterations": 1},
+    }
+    done = simulated(project, hopeless, "spinf_sfinf.nc")
+    assert done.returncode == 0, done.stderr
+    assert "NOT SOLVED" in done.stdout
+    result = xr.load_dataset(project.folder / "spinf_sfinf.nc")
+    assert result["status"].values.tolist() == [NOT_CONVERGED, NOT_ATTEMPTED]
+    assert result["velocity"].isnull().all()
+    assert "after 1 iterations" in result["reason"].values[0]
+    assert "smaller De" in result["reason"].values[1]
+
+    table = ("scripts/table.py", "--configfile", "study.yaml", "table.nc", "spinf_sfinf.nc")
+    done = project.run(*table)
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "spinf_sfinf" in done.stderr
+    assert not (project.folder / "table.nc").exists()
+
+
+@pytest.mark.slow
+def test_the_same_geometry_gives_the_same_bytes(finished):
+    """Once as a job of the workflow, once from the command line."""
+    again = simulated(finished, SMALL, "again.nc", sp="1.5", sf="1.5")
+    assert again.returncode == 0, again.stderr
+    job = finished.folder / "results" / "small" / "dns" / "sp1.5_sf1.5.nc"
+    assert (finished.folder / "again.nc").read_bytes() == job.read_bytes()
+
+
+def test_messages_name_each_geometry_once(project):
+    done = project.snakemake("--dry-run", "--configfile", project.configured(SMALL))
+    names = Counter(DNS_JOB.findall(done.stdout + done.stderr))
+    assert set(names.values()) == {1}
