@@ -41,7 +41,8 @@ def variants(study: Study) -> dict[str, Study]:
         }
 
     def higher(section) -> dict:
-        return {"velocity_order": section.velocity_order + 1}
+        orders = {name for name in type(section).model_fields if name.endswith("velocity_order")}
+        return {name: getattr(section, name) + 1 for name in orders}
 
     def changed(change) -> Study:
         raised = high.model_copy(update=change(high))

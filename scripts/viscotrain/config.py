@@ -172,16 +172,24 @@ class TableConfig(_Section):
 
 
 class HighDeborahConfig(_Section):
-    """Resolution where stress strands and layers are thin."""
+    """Resolution of a study beyond a Deborah number where stress strands and layers are thin."""
 
     above: float = _key(
-        "largest Deborah number, in the study's definition, of ordinary resolution. A study "
-        "beyond it has the element sizes given here, and this order beyond it",
+        "a study with a larger Deborah number, in its own definition, has the resolution of this "
+        "section",
         symbol="De",
         default=10.0,
         gt=0,
     )
-    velocity_order: int = _key("polynomial order of the velocity", default=4, ge=2, le=6)
+    velocity_order: int = _key(
+        "polynomial order of the velocity above that Deborah number", default=4, ge=2, le=6
+    )
+    moderate_velocity_order: int = _key(
+        "polynomial order of the velocity up to that Deborah number, on the same mesh",
+        default=3,
+        ge=2,
+        le=6,
+    )
     sphere_elements: int = _key("elements along the half circle of a sphere", default=16, ge=4)
     axis_size: float = _key(
         "size of the elements on the axis", unit="D", default=0.04, gt=0, le=0.5
@@ -196,15 +204,13 @@ class DnsConfig(_Section):
 
     velocity_order: int = _key(
         "polynomial order of the velocity; pressure and conformation are one order below. "
-        "De = 0 is solved two orders higher",
-        default=3,
+        "De = 0 is solved in order 6",
+        default=4,
         ge=2,
         le=6,
     )
-    sphere_elements: int = _key("elements along the half circle of a sphere", default=14, ge=4)
-    axis_size: float = _key(
-        "size of the elements on the axis", unit="D", default=0.07, gt=0, le=0.5
-    )
+    sphere_elements: int = _key("elements along the half circle of a sphere", default=10, ge=4)
+    axis_size: float = _key("size of the elements on the axis", unit="D", default=0.1, gt=0, le=0.5)
     gap_elements: int = _key("elements across the gap between two spheres", default=3, ge=3)
     wall_size: float = _key(
         "size of the elements far from the spheres", unit="D", default=0.2, gt=0, le=0.5

@@ -3,8 +3,7 @@
 Quasi-steady. The mesh moves with the spheres, with velocity w between them, and the time derivative
 at a fixed point of the mesh is dropped: the stress has settled at the present distances.
 
-De = 0. The flow is Newtonian and linear; solved `NEWTONIAN_EXTRA` orders higher than the others, it
-is exact to 1e-7 at little cost.
+De = 0. The flow is Newtonian and linear; solved in high order, it is exact to 1e-7 at little cost.
 
 Continuation. Deborah numbers are solved in ascending order. The guess of a step extrapolates up to
 `HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved. From the De on
@@ -22,7 +21,7 @@ from viscotrain import newton
 from viscotrain.flow import Flow, copy
 from viscotrain.fluid import NEWTONIAN
 
-NEWTONIAN_EXTRA = 2  # orders
+NEWTONIAN_ORDER = 6  # of the velocity, at least
 LOOSE = 1e3  # tolerance of the steps between the De asked for, in units of the final one
 HISTORY = 3  # solutions that a guess is extrapolated from
 DEBORAH_OF_ELASTICITY = 0.5  # De_0: the coordinate of the continuation is linear in De below it
@@ -86,7 +85,7 @@ def solve(flow: Flow, deborahs: Sequence[float], options: SolverOptions) -> Iter
             convergence, iterations = path.advance(De)
             solver = path.flow
         else:
-            solver = flow.variant(NEWTONIAN, flow.velocity_order + NEWTONIAN_EXTRA)
+            solver = flow.variant(NEWTONIAN, max(flow.velocity_order, NEWTONIAN_ORDER))
             convergence = _iterate(solver, De, options.tolerance, options.max_iterations)
             iterations = convergence.iterations
         solved = convergence.converged

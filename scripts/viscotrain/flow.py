@@ -133,14 +133,16 @@ class Flow:
         return Fields(Velocity(u_z, u_r), p, drop, speeds, modes)
 
     def mesh_velocity(self, speeds: Sequence) -> Velocity:
-        """w: that of each sphere over its width, smooth in between, zero at the periodic ends."""
+        """w: that of each sphere over its width, smooth across the gaps, constant outside.
+
+        The stress ahead of the leading and behind the trailing sphere so moves with that sphere,
+        and the result does not depend on the periodic length. At the periodic ends w jumps, where
+        psi does not change along z.
+        """
         own = dict(zip(self.geometry.moving_spheres, speeds, strict=True))
-        spheres = [own.get(name, CoefficientFunction(0.0)) for name in self.geometry.spheres]
-        speeds = [CoefficientFunction(0.0), *spheres, CoefficientFunction(0.0)]
-        w = CoefficientFunction(0.0)
-        for (low, high), before, after in zip(
-            self.geometry.free_axis, speeds, speeds[1:], strict=False
-        ):
+        speeds = [own.get(name, CoefficientFunction(0.0)) for name in self.geometry.spheres]
+        w = speeds[0] if speeds else CoefficientFunction(0.0)
+        for (low, high), before, after in zip(self.geometry.gaps, speeds, speeds[1:], strict=False):
             w += (after - before) * _smooth_step(z, low, high)
         return Velocity(z=w, r=CoefficientFunction(0.0))
 

@@ -48,16 +48,18 @@ def make_flow(study: Study, sp: float, sf: float) -> Flow:
     """Mesh and unknowns of one geometry, resolved for the largest Deborah number of the study."""
     geometry = Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
     high = study.dns.high_deborah
-    sizes = high if study.deborah.values[-1] > high.above else study.dns
+    beyond = study.deborah.values[-1] > high.above
+    sizes, order = (
+        (high, high.moderate_velocity_order) if beyond else (study.dns, study.dns.velocity_order)
+    )
     options = MeshOptions(
         sphere_elements=sizes.sphere_elements,
         axis_size=sizes.axis_size,
         wall_size=sizes.wall_size,
         gap_elements=study.dns.gap_elements,
     )
-    order = max(study.dns.velocity_order + dns.NEWTONIAN_EXTRA, high.velocity_order)
-    mesh = make_mesh(geometry, options, order)
-    return Flow(geometry, mesh, study.dimensionless_fluid, study.dns.velocity_order)
+    mesh = make_mesh(geometry, options, max(order, high.velocity_order, dns.NEWTONIAN_ORDER))
+    return Flow(geometry, mesh, study.dimensionless_fluid, order)
 
 
 def solver_options(study: Study) -> dns.SolverOptions:

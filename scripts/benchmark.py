@@ -1,0 +1,270 @@
+r"""What the direct numerical simulation costs, on one thread, and where the time goes.
+
+    python scripts/benchmark.py                      # triplets of the demo, one sphere
+
+solves triplets of a study, then one sphere up to De = 5 with the error of its velocity, and
+measures start-up. CPU seconds throughout. `estimate_cost.py` reads what this writes:
+
+    python scripts/benchmark.py --configfile config/paper.yaml --geometries 3 \
+        --output scripts/viscotrain/measured_costs.csv
+"""
+
+import argparse
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolve are imported
+
+import contextlib
+import math
+import resource
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from ngsolve import SetNumThreads
+
+from viscotrain import flow, newton, simulation
+from viscotrain.command import reporting
+from viscotrain.config import Study, geometry_name, load_study
+
+ROOT = Path(__file__).parents[1]
+SPHERE_DEBORAHS = (0.1, 0.5, 1.0, 2.0, 5.0)
+# U/Ubar of one sphere, beta = 0.2, converged by two independent codes to the digits given.
+CONVERGED = {0.5: 1.829855, 1.0: 1.770559, 2.0: 1.695214, 5.0: 1.653117}
+FINER = 0.7  # element sizes of the finer solution over those of the study, at one order more
+ASKED = {"triplet step": 4.0, "sphere": 7.0, "sphere error": 4e-6}  # CPU s, CPU s, Ubar
+MESH, SPACES = "mesh", "spaces and forms"
+RESIDUAL, LINEARISATION = "residual", "linearisation"
+FACTORISATION, SUBSTITUTION = "factorisation", "back substitution"
+
+# ---------------------------------------------------------------------------------- stopwatches
+
+
+class Stopwatch:
+    """CPU seconds and calls by name of what was done, measured around the package's functions."""
+
+    def __init__(self):
+        self.seconds: dict[str, float] = defaultdict(float)
+        self.steps = 0
+
+    def timed(self, name: str, function: Callable) -> Callable:
+        """The function, with its time added under a name."""
+
+        def measured(*args, **kwargs):
+            started = time.process_time()
+            try:
+                return function(*args, **kwargs)
+            finally:
+                self.seconds[name] += time.process_time() - started
+
+        return measured
+
+    @contextlib.contextmanager
+    def watching(self) -> Iterator[None]:
+        """Measure what the package does meanwhile."""
+        make_mesh, set_up, solve = simulation.make_mesh, flow.Flow.__init__, newton.solve
+
+        def measured_solve(form, *args, **kwargs):
+            self.steps += 1
+            return solve(_TimedForm(form, self), *args, **kwargs)
+
+        simulation.make_mesh = self.timed(MESH, make_mesh)
+        flow.Flow.__init__ = self.timed(SPACES, set_up)
+        newton.solve = measured_solve
+        try:
+            yield
+        finally:
+            simulation.make_mesh, flow.Flow.__init__, newton.solve = make_mesh, set_up, solve
+
+
+class _TimedForm:
+    """A form whose assembly is measured, and the solution with its matrix."""
+
+    def __init__(self, form, watch: Stopwatch):
+        self._form, self._watch = form, watch
+        self.Apply = watch.timed(RESIDUAL, form.Apply)
+        self.AssembleLinearization = watch.timed(LINEARISATION, form.AssembleLinearization)
+
+    @property
+    def mat(self):
+        return self
+
+    def Inverse(self, *args, **kwargs):
+        factorise = self._watch.timed(FACTORISATION, self._form.mat.Inverse)
+        return _TimedInverse(factorise(*args, **kwargs), self._watch)
+
+
+class _TimedInverse:
+    """A factorised matrix whose use is measured."""
+
+    def __init__(self, inverse, watch: Stopwatch):
+        self._substitute = watch.timed(SUBSTITUTION, lambda vector: (inverse * vector).Evaluate())
+
+    def __mul__(self, vector):
+        return self._substitute(vector)
+
+
+# --------------------------------------------------------------------------------- measurements
+
+
+def geometry_costs(study: Study, sp: float, sf: float, watch: Stopwatch) -> Iterator[dict]:
+    """A row per Deborah number of one geometry."""
+    before = math.nan
+    with watch.watching():
+        steps = watch.steps
+        for _, solution in simulation.solutions(study, sp, sf):
+            yield {
+                "sp": sp,
+                "sf": sf,
+                "deborah_before": before,
+                "deborah": solution.deborah,
+                "velocity_order": solution.flow.velocity_order,
+                "unknowns": solution.flow.space.ndof,
+                "steps": watch.steps - steps,
+                "iterations": solution.iterations,
+                "solved": solution.solved,
+                "cpu_seconds": round(solution.seconds, 3),
+                "velocity": solution.velocities.get("middle", math.nan),
+            }
+            before, steps = solution.deborah, watch.steps
+
+
+def sample(study: Study, number: int | None) -> list[tuple[float, float]]:
+    """Triplets of the study's grid: all, or as many as asked for, evenly spread."""
+    triplets = [g for g in study.geometries if all(map(math.isfinite, g))]
+    if number is None or number >= len(triplets):
+        return triplets
+    return [triplets[k] for k in np.linspace(0, len(triplets) - 1, number).round().astype(int)]
+
+
+def finer(study: Study) -> Study:
+    """The study with smaller elements and a higher order, whose solution is taken as exact."""
+    settings = study.dns
+    change = {
+        "velocity_order": settings.velocity_order + 1,
+        "sphere_elements": round(settings.sphere_elements / FINER),
+        "axis_size": settings.axis_size * FINER,
+        "wall_size": settings.wall_size * FINER,
+    }
+    return study.model_copy(update={"dns": settings.model_copy(update=change)})
+
+
+def sphere(study: Study) -> pd.DataFrame:
+    """One sphere of the study's fluid: cost and error of U at every De of `SPHERE_DEBORAHS`."""
+    values = study.deborah.model_copy(
+        update={"values": SPHERE_DEBORAHS, "definition": "longest_mode"}
+    )
+    study = study.model_copy(update={"deborah": values})
+    found, exact = (
+        pd.DataFrame(geometry_costs(variant, math.inf, math.inf, Stopwatch()))
+        for variant in (study, finer(study))
+    )
+    return found.assign(
+        error=(found.velocity - exact.velocity).abs(),
+        error_to_published=(found.velocity - found.deborah.map(CONVERGED)).abs(),
+    )
+
+
+def start_up() -> float:
+    """CPU seconds of a Python process that imports what a dns job imports."""
+
+    def used() -> float:
+        usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return usage.ru_utime + usage.ru_stime
+
+    before = used()
+    command = [sys.executable, "-c", "import viscotrain.simulation"]
+    subprocess.run(command, check=True, cwd=Path(__file__).parent)
+    return used() - before
+
+
+# --------------------------------------------------------------------------------------- report
+
+
+def verdict(measured: float, asked: float) -> str:
+    """Words for a limit."""
+    return f"asked: at most {asked:g}, {'met' if measured <= asked else 'NOT MET'}"
+
+
+def report_triplets(costs: pd.DataFrame):
+    """Print the cost of triplets per Deborah number and per step of the continuation."""
+    print(f"\nCPU seconds of a triplet ({costs.groupby(['sp', 'sf']).ngroups} geometries)")
+    print("      De  order  unknowns  steps   median  maximum  per step")
+    for De, rows in costs.groupby("deborah"):
+        print(
+            f"{De:8g}  {rows.velocity_order.max():5d}  {rows.unknowns.median():8.0f}"
+            f"  {rows.steps.median():5.0f}  {rows.cpu_seconds.median():7.2f}"
+            f"  {rows.cpu_seconds.max():7.2f}  {(rows.cpu_seconds / rows.steps).median():8.2f}"
+        )
+    elastic = costs[costs.deborah > 0]
+    if elastic.empty:
+        return
+    for name, seconds in (
+        ("per De of the config", elastic.cpu_seconds),
+        ("per continuation step", elastic.cpu_seconds / elastic.steps),
+    ):
+        print(
+            f"De > 0, {name}: median {seconds.median():.2f}, maximum {seconds.max():.2f}"
+            f" ({verdict(seconds.median(), ASKED['triplet step'])})"
+        )
+
+
+def report_sphere(costs: pd.DataFrame):
+    """Print cost and error of one sphere."""
+    print("\nOne sphere\n      De  unknowns  steps  CPU s          U     error  to published")
+    for row in costs.itertuples():
+        print(
+            f"{row.deborah:8g}  {row.unknowns:8d}  {row.steps:5d}  {row.cpu_seconds:5.2f}"
+            f"  {row.velocity:.7f}  {row.error:8.1e}  {row.error_to_published:12.1e}"
+        )
+    total, worst = costs.cpu_seconds.sum(), costs.error.max()
+    print(f"solving: {total:.2f} CPU s ({verdict(total, ASKED['sphere'])})")
+    print(f"largest error: {worst:.1e} ({verdict(worst, ASKED['sphere error'])})")
+
+
+def report_parts(watch: Stopwatch, geometries: int, solving: float, imports: float):
+    """Print where the time of a job goes."""
+    inside = {name: seconds / geometries for name, seconds in watch.seconds.items()}
+    per_geometry = solving / geometries
+    # The mesh and the first spaces are made before the first Deborah number's clock starts.
+    total = per_geometry + inside.get(MESH, 0.0) + imports
+    rest = total - imports - sum(inside.values())
+    print("\nWhere the time of a job goes, CPU seconds per geometry")
+    for name, seconds in {"start-up (imports)": imports, **inside, "rest": max(rest, 0.0)}.items():
+        print(f"  {name:<20s} {seconds:7.2f}  {seconds / total:6.1%}")
+    print(f"  {'total':<20s} {total:7.2f}")
+
+
+def main(study: Study, geometries: int | None, output: str | None):
+    """Measure, write the costs, and print."""
+    SetNumThreads(1)
+    imports = start_up()
+    watch, rows = Stopwatch(), []
+    chosen = sample(study, geometries)
+    for sp, sf in chosen:
+        rows += geometry_costs(study, sp, sf, watch)
+        seconds = sum(row["cpu_seconds"] for row in rows if (row["sp"], row["sf"]) == (sp, sf))
+        print(f"{geometry_name(sp, sf)}: {seconds:.1f} CPU s", flush=True)
+    costs = pd.DataFrame(rows)
+    if output:
+        costs.drop(columns="velocity").to_csv(output, index=False)
+        print(f"written: {output}", flush=True)
+    report_triplets(costs)
+    report_parts(watch, len(chosen), costs.cpu_seconds.sum(), imports)
+    report_sphere(sphere(study))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    default = ROOT / "config" / "config.yaml"
+    parser.add_argument("--configfile", default=default, help="config of the study; the demo's")
+    parser.add_argument("--geometries", type=int, help="number of triplets to sample; all")
+    parser.add_argument("--output", help="CSV file for the costs of the triplets")
+    with reporting():
+        arguments = parser.parse_args()
+        main(load_study(arguments.configfile), arguments.geometries, arguments.output)

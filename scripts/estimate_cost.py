@@ -1,0 +1,300 @@
+"""What a study will cost: geometries, points, trains, what is done already, CPU and wall time.
+
+    python scripts/estimate_cost.py --configfile config/paper.yaml --cores 2
+
+Model. A Deborah number takes a number of continuation steps, and a step at one polynomial order
+takes CPU seconds proportional to unknowns^`GROWTH`. Steps and seconds per step come from
+`measured_costs.csv`, which `benchmark.py --output` writes, unknowns from meshes of a few of the
+study's geometries. Where geometries of the study are finished, their own times take the place of
+the measured ones. Trains cost per sphere that is injected.
+"""
+
+import argparse
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+import yaml
+
+from viscotrain import dns, simulation
+from viscotrain.command import reporting
+from viscotrain.config import (
+    Study,
+    check_geometries,
+    geometry_name,
+    load_study,
+    parse_study,
+    train_name,
+)
+from viscotrain.errors import ConfigError
+from viscotrain.fluid import NEWTONIAN
+from viscotrain.provenance import PHYSICS, TRAINS, digest
+
+MEASURED = Path(__file__).parent / "viscotrain" / "measured_costs.csv"
+GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
+SAMPLED = 8  # geometries whose mesh is made to count unknowns; the cost of the others is the mean
+START_UP = 2.0  # CPU seconds of a job that imports everything
+FIGURE = 3.0  # CPU seconds of a figure
+# CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
+# N from 300 to 1500.
+TRAIN = {"a": 5.5e-4, "b": 7.5e-7}
+BUSY_CORE = 0.9  # what a further core adds: memory is shared, and the last jobs leave cores idle
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a study consists of and what is left of it."""
+
+    geometries: tuple[tuple[float, float], ...]
+    geometries_left: tuple[tuple[float, float], ...]
+    trains: tuple[tuple[float, float], ...]
+    trains_left: tuple[tuple[float, float], ...]
+
+
+# -------------------------------------------------------------------------------- what is there
+
+
+def work_of(study: Study, results: Path) -> Work:
+    """Count results that are there and were made with the present settings and code."""
+    geometries = (*study.geometries, *check_geometries(study))
+    trains = tuple(itertools.product(study.trains.deborah, study.trains.volume_fraction))
+
+    def dns_done(geometry) -> bool:
+        path = results / "dns" / f"{geometry_name(*geometry)}.nc"
+        made, code = _made_with(path, "physics_digest")
+        return code == digest(PHYSICS) and made.dns_settings() == study.dns_settings()
+
+    def train_done(train) -> bool:
+        made, code = _made_with(results / "trains" / f"{train_name(*train)}.nc", "trains_digest")
+        return code == digest(TRAINS) and made.trains_settings() == study.trains_settings()
+
+    geometries_left = tuple(g for g in geometries if not dns_done(g))
+    # A table that changes repeats every train.
+    trains_left = trains if geometries_left else tuple(t for t in trains if not train_done(t))
+    return Work(geometries, geometries_left, trains, trains_left)
+
+
+def _made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
+    """Study and digest that a file was made with; none for a file that tells no valid ones."""
+    if not path.exists():
+        return None, ""
+    with xr.open_dataset(path) as dataset:
+        attributes = dict(dataset.attrs)
+    try:
+        return parse_study(yaml.safe_load(attributes["study_config"])), attributes[digest_attribute]
+    except (ConfigError, KeyError):
+        return None, ""
+
+
+# -------------------------------------------------------------------------------- cost of a flow
+
+
+def unknowns(study: Study, sp: float, sf: float) -> list[int]:
+    """Unknowns of one geometry at every Deborah number of the study, in the order solved there."""
+    flow = simulation.make_flow(study, sp, sf)
+    counts: dict[int, int] = {}
+    for order in orders(study):
+        fluid = NEWTONIAN if order == newtonian_order(study) else flow.fluid
+        if order not in counts:
+            counts[order] = flow.variant(fluid, order).space.ndof
+    return [counts[order] for order in orders(study)]
+
+
+def newtonian_order(study: Study) -> int:
+    """Order of De = 0."""
+    return max(study.dns.velocity_order, dns.NEWTONIAN_ORDER)
+
+
+def orders(study: Study) -> list[int]:
+    """Polynomial order at every Deborah number of the study."""
+    settings, high = study.dns, study.dns.high_deborah
+    return [
+        newtonian_order(study)
+        if De == 0
+        else high.velocity_order
+        if De > high.above
+        else settings.velocity_order
+        for De in study.deborah.values
+    ]
+
+
+class CostModel:
+    """CPU seconds of a flow from measured ones.
+
+    Args:
+        measured: Table with the columns that `benchmark.py` writes.
+    """
+
+    def __init__(self, measured: pd.DataFrame):
+        measured = measured[measured.solved]
+        x = np.log1p(measured.deborah / dns.DEBORAH_OF_ELASTICITY)
+        before = measured.deborah_before.fillna(0.0)
+        advance = x - np.log1p(before / dns.DEBORAH_OF_ELASTICITY)
+        rows = measured.assign(
+            x=x,
+            step=advance / measured.steps,
+            unit=measured.cpu_seconds / measured.steps / measured.unknowns**GROWTH,
+        )
+        self._newtonian = rows[rows.deborah == 0]["unit"].median()
+        self._elastic = rows[rows.deborah > 0]
+
+    def seconds(self, before: float, deborah: float, order: int, count: float) -> float:
+        """CPU seconds from one lambda_1 Ubar/D (0: from rest) to the next, both in this order."""
+        if deborah == 0:
+            return self._newtonian * count**GROWTH
+        x, x_before = (math.log1p(De / dns.DEBORAH_OF_ELASTICITY) for De in (deborah, before))
+        rows = self._of_order(order)
+        step, unit = (np.interp(x, rows.index, rows[name]) for name in ("step", "unit"))
+        return max(1.0, (x - x_before) / step) * unit * count**GROWTH
+
+    def _of_order(self, order: int) -> pd.DataFrame:
+        """Medians over geometries, by x, of the measured order that is nearest."""
+        measured = self._elastic.velocity_order
+        nearest = min(measured.unique(), key=lambda known: abs(known - order))
+        return self._elastic[measured == nearest].groupby("x")[["step", "unit"]].median()
+
+
+def own_costs(results: Path) -> pd.DataFrame:
+    """Times of the study's finished geometries: deborah, cpu_seconds, unknowns."""
+    files = sorted((results / "dns" / "timing").glob("*.csv"))
+    tables = [pd.read_csv(path) for path in files]
+    columns = ["deborah", "cpu_seconds", "unknowns"]
+    return pd.concat(tables)[columns] if tables else pd.DataFrame(columns=columns)
+
+
+def flow_seconds(
+    study: Study, counts: Sequence[float], model: CostModel, own: pd.DataFrame
+) -> float:
+    """CPU seconds of one geometry with these unknowns at each Deborah number of the study."""
+    total, before = 0.0, 0.0
+    for De, order, count in zip(study.deborah.values, orders(study), counts, strict=True):
+        deborah = study.deborah_longest_mode(De)
+        finished = own[own.deborah == De]
+        if finished.empty:
+            total += model.seconds(before, deborah, order, count)
+        else:
+            total += (finished.cpu_seconds * (count / finished.unknowns) ** GROWTH).median()
+        before = deborah
+    return total
+
+
+def train_seconds(study: Study, volume_fraction: float) -> float:
+    """CPU seconds of all repeats of one train."""
+    inside = study.channel.length / (study.mean_spacing(volume_fraction) * study.confinement)
+    injected = inside + study.trains.passages
+    return study.trains.repeats * injected * (TRAIN["a"] + TRAIN["b"] * inside)
+
+
+# --------------------------------------------------------------------------------------- report
+
+
+@dataclass(frozen=True)
+class Cost:
+    """CPU seconds of what is left, and of its longest job."""
+
+    flows: float
+    trains: float
+    rest: float
+    longest: float
+
+    @property
+    def together(self) -> float:
+        """CPU seconds."""
+        return self.flows + self.trains + self.rest
+
+    def wall(self, cores: int) -> float:
+        """Seconds on a number of cores; no run is shorter than its longest job."""
+        speed = 1.0 + BUSY_CORE * (cores - 1)
+        return max(self.together / speed, self.longest)
+
+
+def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame) -> Cost:
+    """Cost of the work that is left."""
+    model = CostModel(measured)
+    each = [flow_seconds(study, unknowns(study, *g), model, own) for g in sample_of(work)]
+    mean = float(np.mean(each)) if each else 0.0
+    trains = [train_seconds(study, phi) for _, phi in work.trains_left]
+    figures = len(study.deborah.values) + 2 * len(work.trains) + 2
+    jobs = len(work.geometries_left) + len(trains)
+    # The flow that is drawn is solved once more, without being one of the table's jobs.
+    rest = START_UP * jobs + FIGURE * figures + mean if jobs else 0.0
+    return Cost(
+        flows=len(work.geometries_left) * mean,
+        trains=sum(trains),
+        rest=rest,
+        longest=max([*each, *trains], default=0.0),
+    )
+
+
+def sample_of(work: Work) -> list[tuple[float, float]]:
+    """Some of the geometries left, evenly spread."""
+    left = work.geometries_left
+    number = min(SAMPLED, len(left))
+    return [left[int((k + 0.5) * len(left) / number)] for k in range(number)]
+
+
+def basis_of(study: Study, own: pd.DataFrame) -> str:
+    """What the estimate rests on, in words."""
+    own_times = "times of this study's finished geometries"
+    measured = f"times in {MEASURED.name}, of another machine or run"
+    unknown = [f"{De:g}" for De in study.deborah.values if not (own.deborah == De).any()]
+    if not unknown:
+        return own_times
+    if len(unknown) == len(study.deborah.values):
+        return measured
+    return f"{own_times}; at De {', '.join(unknown)} {measured}"
+
+
+def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) -> str:
+    """The whole estimate as text."""
+    work, own = work_of(study, results), own_costs(results)
+    cost = cost_of(study, work, own, measured)
+    points = len(study.deborah.values)
+    geometries, left = len(work.geometries), len(work.geometries_left)
+    trains, trains_left = len(work.trains), len(work.trains_left)
+    each = f", {cost.flows / left:.0f} s per geometry" if left else ""
+    lines = [
+        f"study {study.study}: {geometries} geometries, {points * geometries} points "
+        f"(De x geometry), {trains} trains with {study.trains.repeats} repeats each",
+        f"  done         {geometries - left} geometries, {points * (geometries - left)} points, "
+        f"{trains - trains_left} trains",
+        f"  left         {left} geometries, {points * left} points, {trains_left} trains",
+        f"  simulations  {_duration(cost.flows)} CPU{each}",
+        f"  trains       {_duration(cost.trains)} CPU",
+        f"  the rest     {_duration(cost.rest)} CPU: start of jobs, figures",
+        f"  expected     {cost.together / 3600:.2f} core-hours, "
+        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}",
+    ]
+    if left:
+        lines.append(f"  rests on     {basis_of(study, own)};")
+        counted = len(sample_of(work))
+        lines.append(f"               unknowns counted on {counted} of the {left} meshes left")
+    return "\n".join(lines)
+
+
+def _duration(seconds: float) -> str:
+    """12 s, 3.4 min or 1.2 h."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.1f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
+
+
+def _command_line():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--configfile", required=True, help="config of the study")
+    parser.add_argument("--cores", type=int, default=2, help="that Snakemake will be given")
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder of all runs")
+    arguments = parser.parse_args()
+    with reporting():
+        study = load_study(arguments.configfile)
+        results = arguments.results / study.study
+        print(estimate(study, results, max(1, arguments.cores), pd.read_csv(MEASURED)))
+
+
+if __name__ == "__main__":
+    _command_line()
