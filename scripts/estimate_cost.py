@@ -107,18 +107,18 @@ def unknowns(study: Study, sp: float, sf: float) -> list[int]:
 
 def newtonian_order(study: Study) -> int:
     """Order of De = 0."""
-    return max(study.dns.velocity_order, dns.NEWTONIAN_ORDER)
+    return max(simulation.moderate_order(study), dns.NEWTONIAN_ORDER)
 
 
 def orders(study: Study) -> list[int]:
     """Polynomial order at every Deborah number of the study."""
-    settings, high = study.dns, study.dns.high_deborah
+    high = study.dns.high_deborah
     return [
         newtonian_order(study)
         if De == 0
         else high.velocity_order
         if De > high.above
-        else settings.velocity_order
+        else simulation.moderate_order(study)
         for De in study.deborah.values
     ]
 

@@ -23,6 +23,7 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
     "meshes",
     "newton",
     "pipe",
+    "simulation",
     "weak_forms",
 )
 TABLE = ("interpolation", "table")  # ... the table, given those

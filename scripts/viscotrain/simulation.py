@@ -44,14 +44,24 @@ OWN_ATTRIBUTES = {
 }
 
 
+def goes_beyond(study: Study) -> bool:
+    """Whether the study needs the resolution of high Deborah numbers."""
+    return study.deborah.values[-1] > study.dns.high_deborah.above
+
+
+def moderate_order(study: Study) -> int:
+    """Polynomial order of the velocity at Deborah numbers that are not high."""
+    settings = study.dns
+    if goes_beyond(study):
+        return settings.high_deborah.moderate_velocity_order
+    return settings.velocity_order
+
+
 def make_flow(study: Study, sp: float, sf: float) -> Flow:
     """Mesh and unknowns of one geometry, resolved for the largest Deborah number of the study."""
     geometry = Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
-    high = study.dns.high_deborah
-    beyond = study.deborah.values[-1] > high.above
-    sizes, order = (
-        (high, high.moderate_velocity_order) if beyond else (study.dns, study.dns.velocity_order)
-    )
+    high, order = study.dns.high_deborah, moderate_order(study)
+    sizes = high if goes_beyond(study) else study.dns
     options = MeshOptions(
         sphere_elements=sizes.sphere_elements,
         axis_size=sizes.axis_size,
