@@ -63,15 +63,16 @@ def work_of(study: Study, results: Path) -> Work:
     """Count results that are there and were made with the present settings and code."""
     geometries = (*study.geometries, *check_geometries(study))
     trains = tuple(itertools.product(study.trains.deborah, study.trains.volume_fraction))
+    physics, trains_code = digest(PHYSICS), digest(TRAINS)
 
     def dns_done(geometry) -> bool:
         path = results / "dns" / f"{geometry_name(*geometry)}.nc"
         made, code = _made_with(path, "physics_digest")
-        return code == digest(PHYSICS) and made.dns_settings() == study.dns_settings()
+        return code == physics and made.dns_settings() == study.dns_settings()
 
     def train_done(train) -> bool:
         made, code = _made_with(results / "trains" / f"{train_name(*train)}.nc", "trains_digest")
-        return code == digest(TRAINS) and made.trains_settings() == study.trains_settings()
+        return code == trains_code and made.trains_settings() == study.trains_settings()
 
     geometries_left = tuple(g for g in geometries if not dns_done(g))
     # A table that changes repeats every train.
@@ -83,11 +84,11 @@ def _made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
     """Study and digest that a file was made with; none for a file that tells no valid ones."""
     if not path.exists():
         return None, ""
-    with xr.open_dataset(path) as dataset:
-        attributes = dict(dataset.attrs)
     try:
+        with xr.open_dataset(path) as dataset:
+            attributes = dict(dataset.attrs)
         return parse_study(yaml.safe_load(attributes["study_config"])), attributes[digest_attribute]
-    except (ConfigError, KeyError):
+    except (ConfigError, KeyError, OSError, ValueError):  # not netCDF, or of another version
         return None, ""
 
 
