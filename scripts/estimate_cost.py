@@ -10,6 +10,7 @@ the measured ones. Trains cost per sphere that is injected.
 """
 
 import argparse
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -31,7 +32,6 @@ from viscotrain.config import (
     parse_study,
     train_name,
 )
-from viscotrain.errors import ConfigError
 from viscotrain.fluid import NEWTONIAN
 from viscotrain.provenance import PHYSICS, TRAINS, digest
 
@@ -88,7 +88,7 @@ def _made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
         with xr.open_dataset(path) as dataset:
             attributes = dict(dataset.attrs)
         return parse_study(yaml.safe_load(attributes["study_config"])), attributes[digest_attribute]
-    except (ConfigError, KeyError, OSError, ValueError):  # not netCDF, or of another version
+    except (KeyError, OSError, ValueError):  # not netCDF, or of another version
         return None, ""
 
 
@@ -98,12 +98,13 @@ def _made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
 def unknowns(study: Study, sp: float, sf: float) -> list[int]:
     """Unknowns of one geometry at every Deborah number of the study, in the order solved there."""
     flow = simulation.make_flow(study, sp, sf)
-    counts: dict[int, int] = {}
-    for order in orders(study):
-        fluid = NEWTONIAN if order == newtonian_order(study) else flow.fluid
-        if order not in counts:
-            counts[order] = flow.variant(fluid, order).space.ndof
-    return [counts[order] for order in orders(study)]
+
+    @functools.cache
+    def count(fluid, order) -> int:
+        return flow.variant(fluid, order).space.ndof
+
+    fluids = [NEWTONIAN if De == 0 else flow.fluid for De in study.deborah.values]
+    return list(map(count, fluids, orders(study)))
 
 
 def newtonian_order(study: Study) -> int:
