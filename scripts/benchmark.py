@@ -1,12 +1,12 @@
 r"""What the direct numerical simulation costs, on one thread, and where the time goes.
 
-    python scripts/benchmark.py                      # triplets of the demo, one sphere
+    python scripts/benchmark.py                      # all triplets of the demo, and one sphere
 
 solves triplets of a study, then one sphere up to De = 5 with the error of its velocity, and
 measures start-up. CPU seconds throughout. `estimate_cost.py` reads what this writes:
 
-    python scripts/benchmark.py --configfile config/paper.yaml --geometries 3 \
-        --output scripts/viscotrain/measured_costs.csv
+    python scripts/benchmark.py --configfile config/config.yaml config/paper.yaml \
+        --geometries 3 --output scripts/viscotrain/measured_costs.csv
 """
 
 import argparse
@@ -50,7 +50,7 @@ class Stopwatch:
 
     def __init__(self):
         self.seconds: dict[str, float] = defaultdict(float)
-        self.steps = 0
+        self.solved_unknowns: list[int] = []  # of every Newton iteration that was started
 
     def timed(self, name: str, function: Callable) -> Callable:
         """The function, with its time added under a name."""
@@ -69,9 +69,9 @@ class Stopwatch:
         """Measure what the package does meanwhile."""
         make_mesh, set_up, solve = simulation.make_mesh, flow.Flow.__init__, newton.solve
 
-        def measured_solve(form, *args, **kwargs):
-            self.steps += 1
-            return solve(_TimedForm(form, self), *args, **kwargs)
+        def measured_solve(form, state, *args, **kwargs):
+            self.solved_unknowns.append(state.space.ndof)
+            return solve(_TimedForm(form, self), state, *args, **kwargs)
 
         simulation.make_mesh = self.timed(MESH, make_mesh)
         flow.Flow.__init__ = self.timed(SPACES, set_up)
@@ -113,10 +113,10 @@ class _TimedInverse:
 
 
 def geometry_costs(study: Study, sp: float, sf: float, watch: Stopwatch) -> Iterator[dict]:
-    """A row per Deborah number of one geometry."""
+    """A row per Deborah number of one geometry; steps are those in the order of the solution."""
     before = math.nan
     with watch.watching():
-        steps = watch.steps
+        watch.solved_unknowns.clear()
         for _, solution in simulation.solutions(study, sp, sf):
             yield {
                 "sp": sp,
@@ -125,13 +125,14 @@ def geometry_costs(study: Study, sp: float, sf: float, watch: Stopwatch) -> Iter
                 "deborah": solution.deborah,
                 "velocity_order": solution.flow.velocity_order,
                 "unknowns": solution.flow.space.ndof,
-                "steps": watch.steps - steps,
+                "steps": watch.solved_unknowns.count(solution.flow.space.ndof),
                 "iterations": solution.iterations,
                 "solved": solution.solved,
                 "cpu_seconds": round(solution.seconds, 3),
                 "velocity": solution.velocities.get("middle", math.nan),
             }
-            before, steps = solution.deborah, watch.steps
+            before = solution.deborah
+            watch.solved_unknowns.clear()
 
 
 def sample(study: Study, number: int | None) -> list[tuple[float, float]]:
@@ -191,9 +192,10 @@ def verdict(measured: float, asked: float) -> str:
     return f"asked: at most {asked:g}, {'met' if measured <= asked else 'NOT MET'}"
 
 
-def report_triplets(costs: pd.DataFrame):
+def report_triplets(name: str, costs: pd.DataFrame):
     """Print the cost of triplets per Deborah number and per step of the continuation."""
-    print(f"\nCPU seconds of a triplet ({costs.groupby(['sp', 'sf']).ngroups} geometries)")
+    geometries = costs.groupby(["sp", "sf"]).ngroups
+    print(f"\nStudy {name}: CPU seconds of a triplet ({geometries} geometries)")
     print("      De  order  unknowns  steps   median  maximum  per step")
     for De, rows in costs.groupby("deborah"):
         print(
@@ -210,7 +212,7 @@ def report_triplets(costs: pd.DataFrame):
     ):
         print(
             f"De > 0, {name}: median {seconds.median():.2f}, maximum {seconds.max():.2f}"
-            f" ({verdict(seconds.median(), ASKED['triplet step'])})"
+            f" ({verdict(seconds.median(), ASKED['triplet step'])} for the demo)"
         )
 
 
@@ -240,31 +242,40 @@ def report_parts(watch: Stopwatch, geometries: int, solving: float, imports: flo
     print(f"  {'total':<20s} {total:7.2f}")
 
 
-def main(study: Study, geometries: int | None, output: str | None):
-    """Measure, write the costs, and print."""
-    SetNumThreads(1)
-    imports = start_up()
+def triplets(study: Study, geometries: int | None, imports: float) -> pd.DataFrame:
+    """Measure and print the cost of triplets of a study."""
     watch, rows = Stopwatch(), []
     chosen = sample(study, geometries)
     for sp, sf in chosen:
-        rows += geometry_costs(study, sp, sf, watch)
-        seconds = sum(row["cpu_seconds"] for row in rows if (row["sp"], row["sf"]) == (sp, sf))
-        print(f"{geometry_name(sp, sf)}: {seconds:.1f} CPU s", flush=True)
+        new = list(geometry_costs(study, sp, sf, watch))
+        print(f"{geometry_name(sp, sf)}: {sum(row['cpu_seconds'] for row in new):.1f} CPU s")
+        rows += new
     costs = pd.DataFrame(rows)
+    report_triplets(study.study, costs)
+    report_parts(watch, len(chosen), costs.cpu_seconds.sum(), imports)
+    return costs
+
+
+def main(studies: list[Study], geometries: int | None, output: str | None):
+    """Measure, print, and write the costs; the sphere is one of the first study's fluid."""
+    SetNumThreads(1)
+    imports = start_up()
+    costs = pd.concat([triplets(study, geometries, imports) for study in studies])
     if output:
         costs.drop(columns="velocity").to_csv(output, index=False)
-        print(f"written: {output}", flush=True)
-    report_triplets(costs)
-    report_parts(watch, len(chosen), costs.cpu_seconds.sum(), imports)
-    report_sphere(sphere(study))
+        print(f"\nwritten: {output}")
+    report_sphere(sphere(studies[0]))
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    default = ROOT / "config" / "config.yaml"
-    parser.add_argument("--configfile", default=default, help="config of the study; the demo's")
-    parser.add_argument("--geometries", type=int, help="number of triplets to sample; all")
+    default = [ROOT / "config" / "config.yaml"]
+    parser.add_argument(
+        "--configfile", nargs="+", default=default, help="configs of studies; the demo's"
+    )
+    parser.add_argument("--geometries", type=int, help="number of triplets of each; all")
     parser.add_argument("--output", help="CSV file for the costs of the triplets")
     with reporting():
         arguments = parser.parse_args()
-        main(load_study(arguments.configfile), arguments.geometries, arguments.output)
+        studies = [load_study(path) for path in arguments.configfile]
+        main(studies, arguments.geometries, arguments.output)
