@@ -22,7 +22,7 @@ def test_newtonian_flow_is_poiseuille(hyaluronic_acid):
 
 
 @pytest.mark.parametrize(
-    "row", pd.read_csv(REFERENCE / "giesekus_pipe.csv", comment="#").itertuples(index=False)
+    "row", list(pd.read_csv(REFERENCE / "giesekus_pipe.csv", comment="#").itertuples(index=False))
 )
 def test_two_mode_fluid_agrees_with_the_reference(row, hyaluronic_acid):
     """The reference prints six decimals of the velocity and four of the gradient at least."""
