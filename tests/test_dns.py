@@ -90,7 +90,8 @@ def empty_tube(axis_size: float, wall_size: float, order: int, fluid) -> Flow:
 @pytest.mark.parametrize("resolution", ["default", "fine"])
 def test_tube_without_spheres_is_the_semi_analytic_flow(resolution, hyaluronic_acid):
     """Pressure gradient on the default mesh; velocity at the axis, one point, on a finer one."""
-    sizes = {"default": (DEMO.dns.axis_size, DEMO.dns.wall_size, 3), "fine": (0.025, 0.05, 4)}
+    default = DEMO.dns.axis_size, DEMO.dns.wall_size, DEMO.dns.velocity_order
+    sizes = {"default": default, "fine": (0.025, 0.05, 4)}
     reference = rows("giesekus_pipe.csv")
     flow = empty_tube(*sizes[resolution], hyaluronic_acid)
     De = [row.deborah for row in reference]
@@ -105,19 +106,15 @@ def test_tube_without_spheres_is_the_semi_analytic_flow(resolution, hyaluronic_a
 
 @pytest.mark.slow
 def test_single_sphere_agrees_with_two_other_codes():
-    """U of one sphere, beta = 0.2, tube of 4 D, converged by two independent codes to 1e-6.
-
-    Fourth order: third order, the default, is made for differences of velocities.
-    """
+    """U of one sphere, beta = 0.2, tube of 4 D, converged by two independent codes to 1e-6."""
     converged = {0.5: 1.829855, 1.0: 1.770559, 2.0: 1.695214, 5.0: 1.653117}
-    U = velocities(math.inf, math.inf, deborah=tuple(converged), velocity_order=4)[:, 0]
+    U = velocities(math.inf, math.inf, deborah=tuple(converged))[:, 0]
     assert pytest.approx(list(converged.values()), abs=4e-6) == U
 
 
 def test_relative_velocity_of_a_pair_begins_linearly_in_deborah():
     """Memory alone moves a pair: halving De halves it, within the next order, De of 1 %."""
-    options = {"deborah": (0.005, 0.01), "velocity_order": 4}
-    relative = np.diff(velocities(math.inf, 1.5, **options))[:, 0]
+    relative = np.diff(velocities(math.inf, 1.5, deborah=(0.005, 0.01)))[:, 0]
     assert 1.9 < relative[1] / relative[0] < 2.1
     assert abs(relative[1]) > 1e-6  # well above the error of the simulation
 
