@@ -67,19 +67,24 @@ class Stopwatch:
     @contextlib.contextmanager
     def watching(self) -> Iterator[None]:
         """Measure what the package does meanwhile."""
-        make_mesh, set_up, solve = simulation.make_mesh, flow.Flow.__init__, newton.solve
+        make_mesh, set_up, iteration = (
+            simulation.make_mesh,
+            flow.Flow.__init__,
+            newton.ModifiedNewton,
+        )
 
-        def measured_solve(form, state, *args, **kwargs):
-            self.solved_unknowns.append(state.space.ndof)
-            return solve(_TimedForm(form, self), state, *args, **kwargs)
+        def measured_iteration(form, free):
+            self.solved_unknowns.append(len(free))
+            return iteration(_TimedForm(form, self), free)
 
         simulation.make_mesh = self.timed(MESH, make_mesh)
         flow.Flow.__init__ = self.timed(SPACES, set_up)
-        newton.solve = measured_solve
+        newton.ModifiedNewton = measured_iteration
         try:
             yield
         finally:
-            simulation.make_mesh, flow.Flow.__init__, newton.solve = make_mesh, set_up, solve
+            simulation.make_mesh, flow.Flow.__init__ = make_mesh, set_up
+            newton.ModifiedNewton = iteration
 
 
 class _TimedForm:

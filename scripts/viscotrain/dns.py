@@ -120,7 +120,8 @@ def _iterate(flow: Flow, De: float, tolerance: float, max_iterations: int) -> ne
     """Newton iteration at one Deborah number; De = 0 has viscosity eta_0 and psi = 0."""
     flow.deborah.Set(De)
     form, free = (flow.viscoelastic, flow.free) if De > 0 else (flow.newtonian, flow.free_newtonian)
-    return newton.solve(form, flow.state, free, tolerance=tolerance, max_iterations=max_iterations)
+    iteration = newton.ModifiedNewton(form, free)
+    return iteration.solve(flow.state, tolerance=tolerance, max_iterations=max_iterations)
 
 
 class _Continuation:

@@ -12,7 +12,7 @@ Elements. Triangles with continuous polynomials: u of order k, p and psi of orde
 stabilisation.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import ngsolve
@@ -47,6 +47,18 @@ class Fields(NamedTuple):
     drop: CoefficientFunction
     speeds: list[CoefficientFunction]
     psi: list[LogConformation]
+
+
+class Storage(NamedTuple):
+    """Backward difference of the unknowns: leading times the new one plus history.
+
+    Attributes:
+        leading: Coefficient of the new state.
+        history: Sum over the old states, each with its coefficient.
+    """
+
+    leading: ngsolve.Parameter
+    history: ngsolve.GridFunction
 
 
 class Flow:
@@ -85,7 +97,7 @@ class Flow:
         self.viscoelastic = ngsolve.BilinearForm(self.space)
         self._add_momentum(self.newtonian, 1.0)
         self._add_momentum(self.viscoelastic, fluid.solvent)
-        self._add_modes(self.viscoelastic)
+        self._add_modes(self.viscoelastic, self.mesh_velocity)
 
     def _add_momentum(self, form, viscosity):
         (u, p, drop, speeds, _), (v, q, drop_test, speed_tests, _) = self._unknowns()
@@ -105,16 +117,35 @@ class Flow:
         ):
             form += weak_forms.follow(u, speed, test, name)
 
-    def _add_modes(self, form):
+    def transient_form(
+        self, mesh_velocity: Callable[[list], Velocity], storage: "Storage"
+    ) -> ngsolve.BilinearForm:
+        """The viscoelastic residual with the time derivative of psi, on a mesh that moves.
+
+        Args:
+            mesh_velocity: w from the speeds of `Fields`.
+            storage: Backward difference of psi.
+        """
+        form = ngsolve.BilinearForm(self.space)
+        self._add_momentum(form, self.fluid.solvent)
+        self._add_modes(form, mesh_velocity, storage)
+        return form
+
+    def _add_modes(self, form, mesh_velocity, storage: "Storage | None" = None):
         (u, _, _, speeds, psis), (v, _, _, _, chis) = self._unknowns()
-        w = self.mesh_velocity(speeds)
-        for mode, psi, chi in zip(self.fluid.modes, psis, chis, strict=True):
+        w = mesh_velocity(speeds)
+        for k, (mode, psi, chi) in enumerate(zip(self.fluid.modes, psis, chis, strict=True)):
             lam = self.deborah * mode.relaxation_time
             tau = giesekus.polymer_stress(psi, mode.viscosity, lam)
             rate = giesekus.evolution(psi, rate_of_deformation(u), vorticity(u), lam, mode.mobility)
             form += volume_integral(weak_forms.polymer(tau, v))
+            components = weak_forms.transport(psi, chi, u, w, rate)
+            if storage is not None:
+                old = self._grouped(storage.history.components).psi[k]
+                stored = weak_forms.storage(psi, chi, storage.leading, old)
+                components = [a + b for a, b in zip(components, stored, strict=True)]
             # one integral per test function: all in one would be an order of magnitude slower
-            for component in weak_forms.transport(psi, chi, u, w, rate):
+            for component in components:
                 form += volume_integral(component)
 
     def _unknowns(self) -> tuple["Fields", "Fields"]:

@@ -1,10 +1,12 @@
 """Modified Newton iteration: one factorisation serves as long as the iteration contracts.
 
 A residual and a back substitution cost a tenth of a linearisation with its factorisation, so the
-matrix is kept while the present rate of contraction promises to end within `PATIENCE` updates.
+matrix is kept while the present rate of contraction promises to end within `PATIENCE` updates, and
+from one solve to the next of the same `ModifiedNewton`.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import ngsolve
@@ -43,53 +45,65 @@ class Convergence:
         return self.residuals[-1] if self.residuals else math.nan
 
 
-def solve(
-    form: ngsolve.BilinearForm,
-    state: ngsolve.GridFunction,
-    free: ngsolve.BitArray,
-    *,
-    tolerance: float,
-    max_iterations: int,
-) -> Convergence:
-    """Solve form(state) = 0 for the free unknowns, in place.
+class ModifiedNewton:
+    """Solves form(state) = 0 for the free unknowns, again and again.
 
     Args:
         form: Residual, with a linearisation.
-        state: First guess, then solution.
         free: Unknowns to solve for.
-        tolerance: Rms update at which the iteration has converged.
-        max_iterations: Updates before it is given up.
     """
-    result = Convergence()
-    residual, update = state.vec.CreateVector(), state.vec.CreateVector()
-    onto_free = ngsolve.Projector(free, True)
-    root_of_size = math.sqrt(free.NumSet())
-    inverse = None
-    for _ in range(max_iterations):
-        form.Apply(state.vec, residual)
-        onto_free.Project(residual)
-        if inverse is None:
-            form.AssembleLinearization(state.vec)
-            try:
-                inverse = form.mat.Inverse(free, inverse="umfpack")
-            except NgException as error:
-                result.reason = f"factorisation failed: {error}"
+
+    def __init__(self, form: ngsolve.BilinearForm, free: ngsolve.BitArray):
+        self._form, self._free = form, free
+        self._onto_free = ngsolve.Projector(free, True)
+        self._inverse: ngsolve.BaseMatrix | None = None
+
+    def solve(
+        self,
+        state: ngsolve.GridFunction,
+        *,
+        tolerance: float,
+        max_iterations: int,
+        prepare: Callable[[], None] = lambda: None,
+    ) -> Convergence:
+        """Solve in place, first with the matrix of the last solve if there was one.
+
+        Args:
+            state: First guess, then solution.
+            tolerance: Rms update at which the iteration has converged.
+            max_iterations: Updates before it is given up.
+            prepare: Called before each residual, to change what the form takes from the state.
+        """
+        result = Convergence()
+        residual, update = state.vec.CreateVector(), state.vec.CreateVector()
+        root_of_size = math.sqrt(self._free.NumSet())
+        for _ in range(max_iterations):
+            prepare()
+            self._form.Apply(state.vec, residual)
+            self._onto_free.Project(residual)
+            if self._inverse is None:
+                self._form.AssembleLinearization(state.vec)
+                try:
+                    self._inverse = self._form.mat.Inverse(self._free, inverse="umfpack")
+                except NgException as error:
+                    result.reason = f"factorisation failed: {error}"
+                    return result
+                result.factorisations += 1
+            update.data = self._inverse * residual
+            state.vec.data -= update
+            result.residuals.append(residual.Norm() / root_of_size)
+            result.updates.append(update.Norm() / root_of_size)
+            last = result.updates[-1]
+            if not np.isfinite(last) or last > DIVERGENCE:
+                self._inverse = None
+                result.reason = f"diverged: update {last:.1e} in iteration {result.iterations}"
                 return result
-            result.factorisations += 1
-        update.data = inverse * residual
-        state.vec.data -= update
-        result.residuals.append(residual.Norm() / root_of_size)
-        result.updates.append(update.Norm() / root_of_size)
-        last = result.updates[-1]
-        if not np.isfinite(last) or last > DIVERGENCE:
-            result.reason = f"diverged: update {last:.1e} in iteration {result.iterations}"
-            return result
-        if last < tolerance:
-            return result
-        if result.iterations > 1 and _updates_to_go(result.updates, tolerance) > PATIENCE:
-            inverse = None
-    result.reason = f"update {last:.1e} above {tolerance:.1e} after {max_iterations} iterations"
-    return result
+            if last < tolerance:
+                return result
+            if result.iterations > 1 and _updates_to_go(result.updates, tolerance) > PATIENCE:
+                self._inverse = None
+        result.reason = f"update {last:.1e} above {tolerance:.1e} after {max_iterations} iterations"
+        return result
 
 
 def _updates_to_go(updates: list[float], tolerance: float) -> float:

@@ -3,7 +3,7 @@
 Trial functions u, p, psi; test functions v, q, chi. In the frame of one sphere (see `dns`)
 
     0 = viscous(eta_s) + sum_k polymer(tau_k) + pressure + incompressibility + flow_rate + follow
-    0 = transport(psi_k)   for each mode k
+    0 = storage(psi_k) + transport(psi_k)   for each mode k
 
 Integration by parts leaves the traction on the boundaries. On a boundary where u_z is one unknown
 (a sphere, the wall) the natural condition is the total force, not the traction: zero for a sphere.
@@ -65,13 +65,25 @@ def transport(
 ) -> list[CoefficientFunction]:
     """[(u - w) . grad psi - rate] . chi, one integrand per component of psi.
 
-    The time derivative at a fixed point of the mesh, which moves with w, is the term that the
+    The mesh moves with w; the time derivative at one of its points, `storage`, is the term that the
     quasi-steady problem drops.
     """
     relative = Velocity(z=u.z - mesh_velocity.z, r=u.r - mesh_velocity.r)
     return [
         (advect(relative, component) - change) * test
         for component, test, change in zip(psi, chi, rate, strict=True)
+    ]
+
+
+def storage(psi, chi, leading, history) -> list[CoefficientFunction]:
+    """(leading psi + history) . chi, one integrand per component: d psi/dt at a point of the mesh.
+
+    A backward difference formula has the coefficient `leading` for the new psi; `history` is the
+    sum over the old ones.
+    """
+    return [
+        (leading * component + old) * test
+        for component, old, test in zip(psi, history, chi, strict=True)
     ]
 
 

@@ -1,0 +1,350 @@
+"""Transient simulation: force-free spheres that move, from fluid at rest and free of stress.
+
+ALE. The frame moves with the reference sphere; there the mesh is displaced along z by what the
+gaps have changed, linearly between neighbouring spheres and between the outer spheres and the
+periodic ends, which keep their distance. The displacement is linear on each triangle, so every
+sphere is displaced rigidly, and d psi/dt is taken at points of the mesh, which move with
+
+    w = sum_i W_i phi_i,      W_i = U_i - U_reference,      phi_i = 1 on sphere i, 0 on all others.
+
+Time. Variable-step BDF2 with omega = dt_n/dt_{n-1} (Hairer, Norsett & Wanner, Solving Ordinary
+Differential Equations I, 1993, III.5),
+
+    dt_n dy/dt = (1 + 2 omega)/(1 + omega) y_n - (1 + omega) y_{n-1} + omega^2/(1 + omega) y_{n-2},
+
+for psi and for the positions, fully coupled: the positions follow the velocities inside of the
+Newton iteration. The first step is a backward Euler step, so small that it does not matter. The
+velocities have no inertia; at t = 0 they are those of the solvent alone.
+
+Step size. The distance of a step from the quadratic extrapolation of the three before estimates the
+local error of the velocities; those relative to the reference sphere, which matter, have a smaller
+tolerance than the one they share.
+"""
+
+import math
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import ngsolve
+import numpy as np
+from ngsolve import H1, VectorH1
+
+from viscotrain import newton
+from viscotrain.axisymmetry import Velocity
+from viscotrain.errors import SolutionError
+from viscotrain.flow import Flow, Storage
+from viscotrain.meshes import Geometry
+
+GROWTH = 2.0  # of a step over the one before, at most
+SAFETY = 0.8  # aim at this part of the tolerance, in the step size
+REJECTED = 1.5  # error over tolerance from which on a step is repeated
+SHRINK = 0.5  # after a step that did not converge
+SMALLEST_STEP = 1e-6  # over the first one: below it the simulation has failed
+SAME_STEP = 1.15  # smaller changes are not worth a new matrix
+HISTORY = 3  # states that the next one is extrapolated from
+
+
+@dataclass(frozen=True)
+class TimeOptions:
+    """Time steps; meaning and defaults stand in `config.TransientConfig`.
+
+    Attributes:
+        first_step: In D/Ubar.
+        common_tolerance: Local error of the velocity of the reference sphere, in Ubar.
+        relative_tolerance: Local error of the other velocities relative to it, in Ubar.
+        tolerance: Rms update at which an iteration has converged.
+        max_iterations: Updates before a step is given up and halved.
+        fixed_step: Step of constant size in D/Ubar, in place of controlled ones; None = controlled.
+    """
+
+    first_step: float = 2e-3
+    common_tolerance: float = 2e-4
+    relative_tolerance: float = 2e-5
+    tolerance: float = 1e-7
+    max_iterations: int = 12
+    fixed_step: float | None = None
+
+
+@dataclass(frozen=True)
+class Instant:
+    """State of the spheres at one time.
+
+    Attributes:
+        time: In D/Ubar.
+        velocities: U in Ubar, one per sphere along the flow.
+        positions: Centres in D, in the frame of the wall; the reference starts at its place.
+        pressure_gradient: -dp/dz, mean over the box, in eta_0 Ubar/D^2.
+        iterations: Newton iterations of the step that led here.
+        factorisations: Of that step.
+        seconds: CPU time of that step, failed tries included.
+    """
+
+    time: float
+    velocities: np.ndarray
+    positions: np.ndarray
+    pressure_gradient: float
+    iterations: int = 0
+    factorisations: int = 0
+    seconds: float = 0.0
+
+
+@dataclass
+class _History:
+    """The last states, newest last."""
+
+    times: list[float] = field(default_factory=list)
+    unknowns: list[np.ndarray] = field(default_factory=list)
+    positions: list[np.ndarray] = field(default_factory=list)
+
+    def append(self, time: float, unknowns: np.ndarray, positions: np.ndarray):
+        self.times = [*self.times, time][-HISTORY:]
+        self.unknowns = [*self.unknowns, unknowns][-HISTORY:]
+        self.positions = [*self.positions, positions][-HISTORY:]
+
+    def extrapolated(self, time: float) -> np.ndarray:
+        """All unknowns at a later time, by the polynomial through the states."""
+        weights = _lagrange(self.times, time)
+        return sum(w * vector for w, vector in zip(weights, self.unknowns, strict=True))
+
+    def difference(self, dt: float) -> tuple[float, list[float]]:
+        """Coefficients of the backward difference over dt: of the new state, of the old ones."""
+        if len(self.times) == 1:
+            return 1 / dt, [-1 / dt]
+        omega = dt / (self.times[-1] - self.times[-2])
+        old = [0.0] * (len(self.times) - 2)
+        return (1 + 2 * omega) / (1 + omega) / dt, [
+            *old,
+            omega**2 / (1 + omega) / dt,
+            -(1 + omega) / dt,
+        ]
+
+    def error_share(self, dt: float) -> float:
+        """Local error of the step over its distance from the extrapolation.
+
+        With y''' the third derivative, the error of a BDF2 step is y''' times the first
+        expression below, that of the quadratic extrapolation y''' times the second.
+        """
+        before, first = np.diff(self.times)[::-1][:2]
+        step = dt**2 * (dt + before) ** 2 / (6 * (2 * dt + before))
+        extrapolation = dt * (dt + before) * (dt + before + first) / 6
+        return step / (step + extrapolation)
+
+
+class Transient:
+    """A simulation that can be stopped, written to a file and continued.
+
+    Args:
+        flow: Geometry, mesh and fluid; its geometry is the initial one.
+        deborah: lambda_1 Ubar/D.
+        options: Time steps.
+    """
+
+    def __init__(self, flow: Flow, deborah: float, options: TimeOptions):
+        self.flow, self.options = flow, options
+        flow.deborah.Set(deborah)
+        geometry = flow.geometry
+        self._moving = [flow.unknown_of(name) for name in geometry.moving_spheres]
+        self._reference = geometry.spheres.index(geometry.reference)
+        self._shapes = [_shape(flow, name) for name in geometry.moving_spheres]
+        self._displacement = ngsolve.GridFunction(VectorH1(flow.mesh, order=1))
+        self._storage = Storage(ngsolve.Parameter(0.0), ngsolve.GridFunction(flow.space))
+        form = flow.transient_form(self._mesh_velocity, self._storage)
+        self._newton = newton.ModifiedNewton(form, flow.free)
+        self._history = _History()
+        self._dt = options.fixed_step or options.first_step
+        self._rejected = 0
+
+    # ------------------------------------------------------------------------------- spheres
+
+    def _mesh_velocity(self, speeds: list) -> Velocity:
+        w = ngsolve.CoefficientFunction(0.0)
+        for speed, shape in zip(speeds, self._shapes, strict=True):
+            w += speed * shape
+        return Velocity(z=w, r=ngsolve.CoefficientFunction(0.0))
+
+    def _velocities(self) -> np.ndarray:
+        return np.array(list(self.flow.sphere_velocities().values()))
+
+    def _displace(self, positions: np.ndarray):
+        """Bring the mesh to the present distances of the spheres."""
+        initial = np.array(self.flow.geometry.positions)
+        changes = positions - initial
+        changes -= changes[self._reference]
+        along = self._displacement.components[0].vec.FV().NumPy()
+        along[:] = 0.0
+        moving = np.delete(changes, self._reference)
+        for change, shape in zip(moving, self._shapes, strict=True):
+            along += change * shape.vec.FV().NumPy()
+        self.flow.mesh.SetDeformation(self._displacement)
+
+    def geometry(self) -> Geometry:
+        """The present one, in the box of the initial one."""
+        initial = self.flow.geometry
+        positions = self._history.positions[-1]
+        shift = initial.positions[self._reference] - positions[self._reference]
+        return Geometry(
+            initial.confinement,
+            initial.spheres,
+            tuple(positions + shift),
+            initial.length,
+            initial.reference,
+        )
+
+    # ---------------------------------------------------------------------------------- time
+
+    def run(self, until: float) -> Iterator[Instant]:
+        """Yield the start and every step until a time in D/Ubar, which is met exactly.
+
+        Raises:
+            SolutionError: Steps do not converge however small they are.
+        """
+        if not self._history.times:
+            yield self._start()
+        while self._history.times[-1] < until * (1 - 1e-12):
+            yield self._advance(until)
+
+    def _start(self) -> Instant:
+        """At rest and free of stress: only the solvent resists."""
+        flow, options = self.flow, self.options
+        flow.state.vec[:] = 0.0
+        started = time.process_time()
+        stokes = newton.ModifiedNewton(flow.viscoelastic, flow.free_newtonian)
+        convergence = stokes.solve(
+            flow.state, tolerance=options.tolerance, max_iterations=options.max_iterations
+        )
+        if not convergence.converged:
+            raise SolutionError(f"start from rest: {convergence.reason}")
+        positions = np.array(flow.geometry.positions)
+        self._history.append(0.0, flow.state.vec.FV().NumPy().copy(), positions)
+        return self._instant(convergence, time.process_time() - started)
+
+    def _advance(self, until: float) -> Instant:
+        """One step, repeated with a smaller one until its error is small enough."""
+        started = time.process_time()
+        options, history = self.options, self._history
+        while True:
+            now = history.times[-1]
+            steps = math.ceil((until - now) / self._dt * (1 - 1e-9))
+            dt = (until - now) / steps if steps <= 2 else self._dt
+            convergence, positions = self._step(dt)
+            if not convergence.converged:
+                self._dt = dt * SHRINK
+                if self._dt < SMALLEST_STEP * options.first_step:
+                    raise SolutionError(f"t = {now:g} D/Ubar: {convergence.reason}")
+                continue
+            if options.fixed_step is not None or len(history.times) < HISTORY:
+                break
+            error = self._error(now + dt, dt)
+            factor = min(GROWTH, SAFETY * error ** (-1 / 3)) if error > 0 else GROWTH
+            if error > REJECTED:
+                self._rejected += 1
+                self._dt = dt * factor
+                continue
+            if not 1 / SAME_STEP < factor < SAME_STEP:
+                self._dt = dt * factor
+            break
+        history.append(now + dt, self.flow.state.vec.FV().NumPy().copy(), positions)
+        return self._instant(convergence, time.process_time() - started)
+
+    def _step(self, dt: float) -> tuple[newton.Convergence, np.ndarray]:
+        """Try one step; the new state is in the flow."""
+        flow, history, options = self.flow, self._history, self.options
+        leading, old = history.difference(dt)
+        self._storage.leading.Set(leading)
+        self._storage.history.vec.FV().NumPy()[:] = sum(
+            c * vector for c, vector in zip(old, history.unknowns, strict=True) if c
+        )
+        moved = sum(c * z for c, z in zip(old, history.positions, strict=True))
+        flow.state.vec.FV().NumPy()[:] = history.extrapolated(history.times[-1] + dt)
+
+        def positions() -> np.ndarray:
+            return (self._velocities() - moved) / leading
+
+        convergence = self._newton.solve(
+            flow.state,
+            tolerance=options.tolerance,
+            max_iterations=options.max_iterations,
+            prepare=lambda: self._displace(positions()),
+        )
+        return convergence, positions()
+
+    def _error(self, time: float, dt: float) -> float:
+        """Estimated local error of the velocities over its tolerance."""
+        flow = self.flow
+        found = self._velocities()
+        flow_state = flow.state.vec.FV().NumPy().copy()
+        flow.state.vec.FV().NumPy()[:] = self._history.extrapolated(time)
+        difference = found - self._velocities()
+        flow.state.vec.FV().NumPy()[:] = flow_state
+        common = abs(difference[self._reference]) / self.options.common_tolerance
+        relative = np.abs(difference - difference[self._reference]).max()
+        worst = max(common, relative / self.options.relative_tolerance)
+        return self._history.error_share(dt) * worst
+
+    def _instant(self, convergence: newton.Convergence, seconds: float) -> Instant:
+        return Instant(
+            time=self._history.times[-1],
+            velocities=self._velocities(),
+            positions=self._history.positions[-1].copy(),
+            pressure_gradient=self.flow.pressure_gradient(),
+            iterations=convergence.iterations,
+            factorisations=convergence.factorisations,
+            seconds=seconds,
+        )
+
+    # ---------------------------------------------------------------------------- checkpoint
+
+    def save(self, path: Path):
+        """Write what is needed to continue; a file that is there is replaced in one move."""
+        history = self._history
+        partial = path.with_suffix(".partial.npz")
+        np.savez(
+            partial,
+            times=history.times,
+            unknowns=history.unknowns,
+            positions=history.positions,
+            step=self._dt,
+        )
+        os.replace(partial, path)
+
+    def load(self, path: Path):
+        """Continue from a file of `save`, on the same mesh and with the same spaces.
+
+        Raises:
+            SolutionError: The file belongs to another discretisation.
+        """
+        with np.load(path) as stored:
+            unknowns = stored["unknowns"]
+            if unknowns.shape[1] != self.flow.space.ndof:
+                raise SolutionError(
+                    f"{path}: {unknowns.shape[1]} unknowns, expected {self.flow.space.ndof}"
+                )
+            self._history = _History(
+                list(map(float, stored["times"])), list(unknowns), list(stored["positions"])
+            )
+            self._dt = float(stored["step"])
+        self.flow.state.vec.FV().NumPy()[:] = self._history.unknowns[-1]
+        self._displace(self._history.positions[-1])
+
+
+def _lagrange(nodes: list[float], at: float) -> list[float]:
+    """Weights of the polynomial through the nodes, at another place."""
+    return [
+        math.prod((at - other) / (node - other) for other in nodes if other != node)
+        for node in nodes
+    ]
+
+
+def _shape(flow: Flow, sphere: str) -> ngsolve.GridFunction:
+    """Shape phi of one sphere: linear on triangles, a broken line in z at the vertices."""
+    geometry, mesh = flow.geometry, flow.mesh
+    k = geometry.spheres.index(sphere)
+    before, after = geometry.free_axis[k], geometry.free_axis[k + 1]
+    shape = ngsolve.GridFunction(H1(mesh, order=1))
+    z = np.array([vertex.point[0] for vertex in mesh.vertices])
+    values = np.interp(z, [before[0], before[1], after[0], after[1]], [0.0, 1.0, 1.0, 0.0])
+    shape.vec.FV().NumPy()[:] = values
+    return shape
