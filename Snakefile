@@ -12,6 +12,7 @@ from viscotrain.config import (
     geometry_name,
     number_name,
     parse_study,
+    point_name,
     read_yaml,
     train_name,
 )
@@ -44,6 +45,7 @@ rule all:
 
 
 include: "workflow/rules/dns.smk"
+include: "workflow/rules/transient.smk"
 include: "workflow/rules/table.smk"
 include: "workflow/rules/trains.smk"
 include: "workflow/rules/figures.smk"

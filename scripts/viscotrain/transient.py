@@ -19,15 +19,15 @@ start; velocities follow from psi by the momentum balance, and their jump is the
 transfer.
 
 Step size. The distance of a step from the quadratic extrapolation of the three before estimates the
-local error of the velocities; those relative to the reference sphere, which matter, have a smaller
-tolerance than the one they share.
+local error of the velocities and distances; velocities relative to the reference sphere, which
+matter, have a smaller tolerance than the one they share.
 """
 
 import math
 import os
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import ngsolve
@@ -56,6 +56,7 @@ class TimeOptions:
         first_step: In D/Ubar.
         common_tolerance: Local error of the velocity of the reference sphere, in Ubar.
         relative_tolerance: Local error of the other velocities relative to it, in Ubar.
+        distance_tolerance: Local error of the distances of neighbours, in d.
         tolerance: Rms update at which an iteration has converged.
         max_iterations: Updates before a step is given up and halved.
         fixed_step: Step of constant size in D/Ubar, in place of controlled ones; None = controlled.
@@ -65,6 +66,7 @@ class TimeOptions:
     first_step: float = 2e-3
     common_tolerance: float = 2e-4
     relative_tolerance: float = 2e-5
+    distance_tolerance: float = 1e-5
     tolerance: float = 1e-7
     max_iterations: int = 12
     fixed_step: float | None = None
@@ -97,6 +99,9 @@ class Instant:
     remeshing_jump: float = math.nan
 
 
+_INSTANT_FIELDS = tuple(entry.name for entry in fields(Instant))
+
+
 @dataclass
 class _History:
     """The last states, newest last."""
@@ -112,8 +117,15 @@ class _History:
 
     def extrapolated(self, time: float) -> np.ndarray:
         """All unknowns at a later time, by the polynomial through the states."""
+        return self._polynomial(self.unknowns, time)
+
+    def extrapolated_positions(self, time: float) -> np.ndarray:
+        """The positions at a later time, in the same way."""
+        return self._polynomial(self.positions, time)
+
+    def _polynomial(self, vectors: list[np.ndarray], time: float) -> np.ndarray:
         weights = _lagrange(self.times, time)
-        return sum(w * vector for w, vector in zip(weights, self.unknowns, strict=True))
+        return sum(w * vector for w, vector in zip(weights, vectors, strict=True))
 
     def difference(self, dt: float) -> tuple[float, list[float]]:
         """Coefficients of the backward difference over dt: of the new state, of the old ones."""
@@ -157,6 +169,7 @@ class Transient:
         options: TimeOptions,
     ):
         self._make_flow, self.deborah, self.options = make_flow, deborah, options
+        self.instants: list[Instant] = []
         self._history = _History()
         self._dt = options.fixed_step or options.first_step
         self._reference = geometry.spheres.index(geometry.reference) if geometry.spheres else None
@@ -183,13 +196,17 @@ class Transient:
     def run(self, until: float) -> Iterator[Instant]:
         """Yield the start and every step until a time in D/Ubar, which is met exactly.
 
+        What was yielded stands in `instants`, those of a loaded checkpoint before.
+
         Raises:
             SolutionError: Steps do not converge however small they are.
         """
-        if not self._history.times:
-            yield self._start()
+        if not self.instants:
+            self.instants.append(self._start())
+            yield self.instants[-1]
         while self._history.times[-1] < until * (1 - 1e-12):
-            yield self._advance(until)
+            self.instants.append(self._advance(until))
+            yield self.instants[-1]
 
     def _start(self) -> Instant:
         """At rest and free of stress: only the solvent resists."""
@@ -229,7 +246,7 @@ class Transient:
                 continue
             if options.fixed_step is not None or len(history.times) < HISTORY:
                 break
-            error = self._error(now + dt, dt)
+            error = self._error(now + dt, dt, positions)
             factor = min(GROWTH, SAFETY * error ** (-1 / 3)) if error > 0 else GROWTH
             if error > REJECTED:
                 self._dt = dt * factor
@@ -262,20 +279,25 @@ class Transient:
         )
         return convergence, positions()
 
-    def _error(self, time: float, dt: float) -> float:
-        """Estimated local error of the velocities over its tolerance."""
-        flow = self.flow
+    def _error(self, time: float, dt: float, positions: np.ndarray) -> float:
+        """Estimated local error of velocities and distances over its tolerance."""
+        flow, history, options = self.flow, self._history, self.options
+        if not positions.size:
+            return 0.0
         found = self._velocities()
         flow_state = flow.state.vec.FV().NumPy().copy()
-        flow.state.vec.FV().NumPy()[:] = self._history.extrapolated(time)
+        flow.state.vec.FV().NumPy()[:] = history.extrapolated(time)
         difference = found - self._velocities()
         flow.state.vec.FV().NumPy()[:] = flow_state
-        if not difference.size:
-            return 0.0
-        common = abs(difference[self._reference]) / self.options.common_tolerance
         relative = np.abs(difference - difference[self._reference]).max()
-        worst = max(common, relative / self.options.relative_tolerance)
-        return self._history.error_share(dt) * worst
+        distances = np.diff(positions - history.extrapolated_positions(time))
+        worst = max(
+            abs(difference[self._reference]) / options.common_tolerance,
+            relative / options.relative_tolerance,
+            np.abs(distances).max(initial=0.0)
+            / (options.distance_tolerance * flow.geometry.confinement),
+        )
+        return history.error_share(dt) * worst
 
     def _instant(
         self, convergence: newton.Convergence, seconds: float, jump: float = math.nan
@@ -314,8 +336,13 @@ class Transient:
 
     # ---------------------------------------------------------------------------- checkpoint
 
-    def save(self, path: Path):
-        """Write what is needed to continue; a file that is there is replaced in one move."""
+    def save(self, path: Path, signature: str = ""):
+        """Write what is needed to continue; a file that is there is replaced in one move.
+
+        Args:
+            path: Ends in .npz.
+            signature: What the simulation depends on; `load` compares it.
+        """
         history = self._history
         partial = path.with_suffix(".partial.npz")
         np.savez(
@@ -325,30 +352,32 @@ class Transient:
             positions=history.positions,
             meshed_positions=self.flow.geometry.positions,
             step=self._dt,
+            signature=signature,
+            **{
+                f"instant_{name}": [getattr(instant, name) for instant in self.instants]
+                for name in _INSTANT_FIELDS
+            },
         )
         os.replace(partial, path)
 
-    def load(self, path: Path):
-        """Continue from a file of `save`, with the same fluid and settings.
-
-        Raises:
-            SolutionError: The file belongs to another discretisation.
-        """
+    def load(self, path: Path, signature: str = "") -> bool:
+        """Continue from a file of `save`, unless its signature is another; whether it did."""
         with np.load(path) as stored:
+            if str(stored["signature"]) != signature:
+                return False
             unknowns = stored["unknowns"]
             if list(stored["meshed_positions"]) != list(self.flow.geometry.positions):
                 geometry = self.flow.geometry.moved(stored["meshed_positions"])
                 self._use(self._make_flow(geometry))
-            if unknowns.shape[1] != self.flow.space.ndof:
-                raise SolutionError(
-                    f"{path}: {unknowns.shape[1]} unknowns, expected {self.flow.space.ndof}"
-                )
             self._history = _History(
                 list(map(float, stored["times"])), list(unknowns), list(stored["positions"])
             )
             self._dt = float(stored["step"])
+            columns = [stored[f"instant_{name}"] for name in _INSTANT_FIELDS]
+            self.instants = [Instant(*row) for row in zip(*columns, strict=True)]
         self.flow.state.vec.FV().NumPy()[:] = self._history.unknowns[-1]
         self._mesh.displace(self._history.positions[-1])
+        return True
 
 
 def _lagrange(nodes: list[float], at: float) -> list[float]:
