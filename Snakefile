@@ -50,6 +50,7 @@ include: "workflow/rules/table.smk"
 include: "workflow/rules/trains.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
+include: "workflow/rules/verification.smk"
 
 
 onsuccess:

@@ -99,7 +99,7 @@ def test_without_the_single_sphere_pairs_are_incomplete():
 def test_a_solution_that_is_not_finite_is_a_hole():
     parts = results()
     parts[3]["velocity"][1, 0] = np.nan
-    with pytest.raises(TableError, match="1 of 24 points"):
+    with pytest.raises(TableError, match=r"1 of 24 points"):
         combined(parts)
 
 
@@ -299,7 +299,7 @@ def test_a_start_up_that_fails_is_a_hole():
         for point in itertools.product(SP, SF, DEBORAH)
     }
     assert np.isnan(parts[bad]["velocity"]).all()
-    with pytest.raises(TableError, match="1 of 24 points .*\n.*sp 1.1, sf 1.2: too small a step"):
+    with pytest.raises(TableError, match=r"1 of 24 points .*\n.*sp 1.1, sf 1.2: too small a step"):
         combined(parts.values())
     table = combined(parts.values(), max_holes=1)
     assert list(holes(table)) == [(1.0, 1.1, 1.2)]

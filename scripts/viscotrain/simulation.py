@@ -158,7 +158,7 @@ def _line(De: float, solution: dns.Solution) -> str:
 def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
     De = np.array(study.deborah.values, dtype=float)
     n, blank = De.size, np.full(De.size, np.nan)
-    undisturbed = [undisturbed(study, value) for value in De]
+    pipes = [undisturbed(study, value) for value in De]
     scales = [study.scales(value) for value in De]
     none = np.zeros(n, dtype=np.int32)
     result = xr.Dataset(
@@ -167,9 +167,9 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
             "pressure_gradient": ("deborah", blank.copy()),
             "undisturbed_pressure_gradient": (
                 "deborah",
-                [flow.pressure_gradient for flow in undisturbed],
+                [flow.pressure_gradient for flow in pipes],
             ),
-            "centreline_velocity": ("deborah", [flow.centreline_velocity for flow in undisturbed]),
+            "centreline_velocity": ("deborah", [flow.centreline_velocity for flow in pipes]),
             "status": ("deborah", np.full(n, NOT_ATTEMPTED, dtype=np.int8)),
             "reason": ("deborah", np.array(["a smaller De was not solved"] * n, dtype=object)),
             "residual": ("deborah", blank.copy()),
