@@ -1,6 +1,6 @@
 """Rheometric functions of the fluid: what a rheometer would measure of it.
 
-The fluid is a solvent (eta_s) and Giesekus modes (eta_k, lambda_k, alpha_k), in physical units here.
+The fluid is a solvent (eta_s) and Giesekus modes (eta_k, lambda_k, alpha_k), all in physical units.
 With the strain of a mode's conformation a = c - I = (lambda/eta) tau and the velocity gradient
 L_ij = du_i/dx_j, the law of one mode and the stress are
 
