@@ -31,6 +31,7 @@ from viscotrain.config import (
     load_study,
     parse_study,
     train_name,
+    with_fitted_fluid,
 )
 from viscotrain.fluid import NEWTONIAN
 from viscotrain.provenance import PHYSICS, TRAINS, digest
@@ -293,7 +294,7 @@ def _command_line():
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder of all runs")
     arguments = parser.parse_args()
     with reporting():
-        study = load_study(arguments.configfile)
+        study = with_fitted_fluid(load_study(arguments.configfile))
         results = arguments.results / study.study
         print(estimate(study, results, max(1, arguments.cores), pd.read_csv(MEASURED)))
 

@@ -490,6 +490,8 @@ def test_demo_writes_no_optional_key_but_with_its_default():
         if isinstance(values, dict):
             for key in values:
                 field = type(model).model_fields[key]
+                if section == "fluid":  # written whole or fitted; a mixture is refused
+                    continue
                 assert field.is_required() or field.default == getattr(model, key), key
 
 

@@ -133,6 +133,7 @@ def test_every_shipped_config_has_a_plan(config, project):
         "spacing_or_train": 2 * number_of_trains,
         "field": 1,
         "stress_field": 1,
+        "rheology": 1,
     }
     assert len(geometries) == jobs["dns"]
     assert {("inf", "inf"), (str(table["sp"][0]), "inf")} <= geometries

@@ -26,6 +26,7 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
     "simulation",
     "weak_forms",
 )
+FLUID_FIT = ("fluid", "fluid_data", "fluid_fit", "pipe", "rheology")  # ... the fitted fluid
 TABLE = ("interpolation", "table")  # ... the table, given those
 TRAINS = ("interpolation", "trains")  # ... the trains, given the table
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")

@@ -3,7 +3,8 @@
 
 rule table:
     input:
-        expand(f"{RESULTS}/dns/{{geometry}}.nc", geometry=GRID + BETWEEN),
+        **FITTED_FLUID,
+        results=expand(f"{RESULTS}/dns/{{geometry}}.nc", geometry=GRID + BETWEEN),
     output:
         f"{RESULTS}/table/velocity_table.nc",
     log:
