@@ -40,7 +40,7 @@ def _command_line():
     parser.add_argument("--modes", type=int, help="number of modes; without it, chosen")
     parser.add_argument("--solvent-viscosity", type=float, help="in Pa s; without it, fitted")
     parser.add_argument("folder", type=Path, help="where to write")
-    a = parser.parse_args()
+    a = parser.parse_intermixed_args()
     with reporting():
         fluid = FluidConfig(
             solvent_viscosity=a.solvent_viscosity, data=tuple(a.files), fit={"modes": a.modes}

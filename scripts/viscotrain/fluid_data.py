@@ -90,7 +90,7 @@ class _File:
     def _read(self):
         lines = self._lines()
         number, names = next(lines, (1, []))
-        if not names:
+        if all(map(_is_number, names)):
             self._unusable(number, f"no column names; allowed: {', '.join(COLUMNS)}")
         self._check_names(number, names)
         for number, cells in lines:
@@ -134,6 +134,8 @@ class _File:
         for name in sorted(set(names)):
             if names.count(name) > 1:
                 self._problem(number, f"column {name!r} found {names.count(name)} times")
+        if len(self.problems) > before:
+            raise _Unusable
         measured = [name for name in names if name in QUANTITIES]
         for name in measured:
             if COLUMNS[name].abscissa not in names:
@@ -169,10 +171,7 @@ class _File:
 
     def _number(self, line: int, name: str, cell: str) -> float:
         unit, smallest, largest, _ = COLUMNS[name]
-        try:
-            value = float(cell)
-        except ValueError:
-            value = math.nan
+        value = float(cell) if _is_number(cell) else math.nan
         if not math.isfinite(value):
             point = f" (write {cell.replace(',', '.')})" if "," in cell else ""
             self._problem(line, f"{name}: found {cell!r}{point}; allowed: a finite number")
@@ -196,6 +195,14 @@ class _File:
             self._problem(line, f"{name}: {text}")
         else:
             self._last[name] = value, line
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 class _Unusable(Exception):

@@ -7,7 +7,9 @@ logarithmic grid over the measured window, with viscosities by non-negative leas
 
 The number of modes minimises the Bayesian information criterion (Schwarz, Ann. Stat. 6, 1978, 461)
 
-    BIC = n ln(sum r^2/n) + p ln n,      n numbers, p parameters.
+    BIC = n ln(sum r^2/n) + p ln n,      n numbers, p parameters;
+
+modes are added one by one until it rises.
 
 Covariance = s^2 (J^T J)^-1 with s^2 = sum r^2/(n - p), J the derivatives of r (Gauss-Newton). The
 standard error of a logarithm is a relative uncertainty. A fit whose parameters are not determined
@@ -46,7 +48,7 @@ SPARE_TIMES = 3  # relaxation times on the grid of starts beyond the number of m
 SMALLEST_SHARE, LARGEST_SHARE = 1e-5, 10.0  # of a viscosity in the largest measured one
 SMALLEST_START = 1e-3  # such a share at the start
 START_MOBILITY = 0.3
-ROUGH, FINE = 1e-4, 1e-12  # tolerances of all starts, and of the best one
+ROUGH, FINE = 1e-4, 1e-10  # tolerances of all starts, and of the best one
 POLISHED = 3  # starts that are followed to the end
 SINGULAR = 1e-12  # ratio of singular values below which a direction is not determined
 DIGITS = 5  # of the fluid that is written: fewer than round-off and more than data deserve
@@ -124,8 +126,12 @@ def fit(
     numbers = _Problem(data, solvent_viscosity)
     wanted = numbers.possible_numbers_of_modes() if modes is None else [modes]
     numbers.check(wanted)
-    candidates = tuple(numbers.solve(count) for count in wanted if numbers.enough_for(count))
-    return Result(_choose(candidates), candidates)
+    candidates: list[FluidFit] = []
+    for count in wanted:
+        candidates.append(numbers.solve(count))
+        if len(candidates) > 1 and candidates[-1].criterion > candidates[-2].criterion:
+            break
+    return Result(_choose(candidates), tuple(candidates))
 
 
 def _choose(candidates: Sequence[FluidFit]) -> FluidFit:
@@ -403,7 +409,7 @@ class _Problem:
 
         rough = [minimum(start, ROUGH, 40) for start in self.starts(count)]
         rough.sort(key=lambda found: found.cost)
-        fine = [minimum(found.x, FINE, 400) for found in rough[:POLISHED]]
+        fine = [minimum(found.x, FINE, 200) for found in rough[:POLISHED]]
         best = min(fine, key=lambda found: found.cost)
         return self._finished(best.x, best.jac)
 

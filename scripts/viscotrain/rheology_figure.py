@@ -67,8 +67,8 @@ def rheology(
         axes.margins(x=0)
         _leave_room(axes, data)
     _mark_rates(panels["steady shear"], rates or {})
-    for axes in panels.values():
-        axes.legend(loc="best")
+    panels["small oscillation"].legend(loc="upper left")  # moduli rise, viscosities fall
+    panels["steady shear"].legend(loc="upper right")
     return Drawing(figure, data)
 
 
