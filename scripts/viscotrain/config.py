@@ -128,12 +128,11 @@ class FluidConfig(_Section):
 
     @model_serializer(mode="wrap")
     def _as_written(self, serialize) -> dict[str, Any]:
-        """The keys of the way in which the fluid is given."""
-        used = ("solvent_viscosity", "modes") if self.data is None else ("data", "fit")
-        if self.data is not None and self.solvent_viscosity is not None:
-            used = ("solvent_viscosity", *used)
-        everything = serialize(self)
-        return {name: everything[name] for name in used if name in everything}
+        """Without the keys of the other way to give the fluid."""
+        unused = {name for name, value in self if value is None}
+        if self.data is None and self.fit == FluidFitConfig():
+            unused.add("fit")
+        return {name: value for name, value in serialize(self).items() if name not in unused}
 
     @property
     def zero_shear_viscosity(self) -> float:
