@@ -6,6 +6,7 @@ python scripts/fluid_fit.py oscillation.csv shear.csv --modes 2 FOLDER
 """
 
 import argparse
+import math
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is imported
@@ -34,11 +35,20 @@ def main(fluid: FluidConfig, files: Sequence[str | Path], output: str | Path, de
     return result.chosen
 
 
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"found {text}; allowed: number > 0")
+    return value
+
+
 def _command_line():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("files", nargs="+", help="CSV files; columns: config/README.md")
-    parser.add_argument("--modes", type=int, help="number of modes; without it, chosen")
-    parser.add_argument("--solvent-viscosity", type=float, help="in Pa s; without it, fitted")
+    parser.add_argument(
+        "--modes", type=int, choices=range(7), help="number of modes; without it, chosen"
+    )
+    parser.add_argument("--solvent-viscosity", type=_positive, help="in Pa s; without it, fitted")
     parser.add_argument("folder", type=Path, help="where to write")
     a = parser.parse_intermixed_args()
     with reporting():

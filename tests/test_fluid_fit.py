@@ -1,5 +1,6 @@
 """Fit of the fluid: known fluids are found again, bad or vague data refused with reasons."""
 
+import dataclasses
 import math
 import re
 import subprocess
@@ -433,6 +434,18 @@ def test_yaml_is_a_section_of_a_config(fitted):
     assert max(map(len, text.splitlines())) < 100
 
 
+def test_a_falling_shear_stress_is_told(fitted):
+    assert "no unique steady flow" not in fluid_fit.as_yaml(fitted.chosen)
+    thinning = Fluid(0.01, (Mode(1.0, 0.1, 0.9),))
+    text = fluid_fit.as_yaml(dataclasses.replace(fitted.chosen, fluid=thinning))
+    found = re.search(
+        r"falls with the shear rate at (\S+) 1/s: no unique", text.replace("\n# ", " ")
+    )
+    rate = float(found[1])
+    before, after = (model("viscosity", r, thinning) * r for r in (rate, 1.02 * rate))
+    assert before > after
+
+
 def test_dataset_holds_data_model_and_residuals(fitted, tmp_path):
     datasets.write(fluid_fit.dataset(fitted, {"title": "fit"}), tmp_path / "fit.nc")
     result = xr.load_dataset(tmp_path / "fit.nc")
@@ -466,6 +479,28 @@ def test_script_writes_fluid_details_and_figure(tmp_path):
 
 TINY = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
 FITTED = TINY | {"study": "fitted", "fluid": {"data": ["a.csv"]}}
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (("--modes", "7"), "argument --modes: invalid choice: 7"),
+        (("--solvent-viscosity", "-1"), "found -1; allowed: number > 0"),
+    ],
+)
+def test_script_refuses_options(option, message, tmp_path):
+    command = [sys.executable, str(ROOT / "scripts" / "fluid_fit.py"), "a.csv", "out"]
+    done = subprocess.run(
+        [*command, *option],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(ROOT / "scripts")},
+    )
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_study_takes_the_fitted_fluid(fitted, tmp_path):
@@ -528,7 +563,7 @@ def texts(drawing):
 
 def test_figure_shows_model_and_data(fitted):
     chosen = fitted.chosen
-    drawing = rheology(chosen.fluid, chosen.data, {1.0: 13.3, 5.0: 66.5, 1e9: 1e10})
+    drawing = rheology(chosen.fluid, chosen.data, {1.0: 13.3, 5.0: 66.5, 3000.0: 4e4})
     data = drawing.data
     points = data[data["kind"] == "measured"]
     assert points.groupby("quantity").size().to_dict() == {
@@ -551,11 +586,12 @@ def test_figure_shows_model_and_data(fitted):
     for words in ("angular frequency [rad/s]", "shear rate [1/s]", "viscosity [Pa s]", "measured"):
         assert words in found
     assert "De = 5" in found
-    assert "De = 1e+09" not in found  # beyond the axis
     oscillation, shear = drawing.figure.axes
     drawn = {line.get_label(): line for line in oscillation.lines}
     storage = data[(data["quantity"] == "storage_modulus") & (data["kind"] == "model")]
     assert drawn["storage modulus $G'$, model"].get_ydata() == pytest.approx(storage["value"])
+    assert shear.get_xlim()[1] > 4e4 > points["abscissa_per_second"].max()  # the flow is in view
+    assert oscillation.get_xlim()[1] < 4e3
     assert shear.get_yscale() == oscillation.get_xscale() == "log"
 
 

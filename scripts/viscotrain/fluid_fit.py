@@ -199,10 +199,26 @@ def as_yaml(fitted: FluidFit) -> str:
         f"Fitted to {len(fitted.data)} numbers in {files}, rms deviation {100 * fitted.misfit:.1f} "
         f"%. Standard errors: {errors or 'nothing was fitted'}."
     )
+    falling = _falling_stress(fitted.fluid)
+    if falling is not None:
+        comment += (
+            f" The shear stress falls with the shear rate at {falling:.3g} 1/s: no unique steady "
+            "flow there."
+        )
     lines = textwrap.wrap(comment, 95)
     settings = {"sort_keys": False, "default_flow_style": None, "width": 99}
     block = yaml.safe_dump({"fluid": rounded(fitted.fluid)}, **settings)
     return "".join(f"# {line}\n" for line in lines) + block
+
+
+def _falling_stress(fluid: Fluid) -> float | None:
+    """The smallest shear rate in 1/s at which the shear stress falls; None if it never does."""
+    times = [mode.relaxation_time for mode in fluid.modes]
+    if not times:
+        return None
+    rates = np.geomspace(0.1 / max(times), 1e4 / min(times), 2000)
+    falling = np.diff(rheology.viscosity(rates, fluid) * rates) < 0
+    return float(rates[np.argmax(falling)]) if falling.any() else None
 
 
 def dataset(result: Result, attributes: dict[str, str]) -> xr.Dataset:

@@ -2,7 +2,7 @@
 
 Lines are the fluid that is simulated, symbols what was measured, if the fluid is fitted. Dotted
 lines mark the mean velocity over the channel diameter, the shear rate of the flow, at the Deborah
-numbers of the study.
+numbers of the study, to which the viscosity is drawn in any case.
 """
 
 import math
@@ -50,7 +50,8 @@ def rheology(
     """
     if measured is None:
         measured = pd.DataFrame({"quantity": [], "abscissa": [], "measured": []})
-    data = _data(fluid, measured)
+    rates = rates or {}
+    data = _data(fluid, measured, list(rates.values()))
     figure = Figure(figsize=(PAGE, 3.2), layout="constrained")
     figure.get_layout_engine().set(wspace=0.06)
     figure.suptitle(_heading(fluid), fontsize=7)
@@ -66,17 +67,20 @@ def rheology(
     for axes in panels.values():
         axes.margins(x=0)
         _leave_room(axes, data)
-    _mark_rates(panels["steady shear"], rates or {})
-    panels["small oscillation"].legend(loc="upper left")  # moduli rise, viscosities fall
-    panels["steady shear"].legend(loc="upper right")
+    _mark_rates(panels["steady shear"], rates)
+    panels["small oscillation"].legend(loc="lower right")  # moduli rise, viscosities fall
+    # On white: dotted lines pass behind it.
+    cover = {"frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 1.0}
+    panels["steady shear"].legend(loc="upper right", **cover)
     return Drawing(figure, data)
 
 
-def _data(fluid: FluidLike, measured: pd.DataFrame) -> pd.DataFrame:
+def _data(fluid: FluidLike, measured: pd.DataFrame, marked: list[float]) -> pd.DataFrame:
     parts = []
     for quantity in LOOKS:
         column = COLUMNS[quantity]
-        x = _rates(fluid, measured, column.abscissa)
+        of_flow = marked if column.abscissa == "shear_rate" else []
+        x = _rates(fluid, measured, column.abscissa, of_flow)
         y = model(quantity, x, fluid)
         if np.any(y > 0):  # a logarithmic axis has no place for the storage modulus of a solvent
             parts.append(_rows(quantity, "model", x, y))
@@ -100,18 +104,19 @@ def _rows(quantity: str, kind: str, x, y) -> pd.DataFrame:
     )
 
 
-def _rates(fluid: FluidLike, measured: pd.DataFrame, abscissa: str) -> NDArray:
-    """Rates of a line in 1/s: as measured and a little beyond, or those where the modes act."""
+def _rates(fluid: FluidLike, measured: pd.DataFrame, abscissa: str, marked: list[float]) -> NDArray:
+    """Rates of a line in 1/s: those measured, else those where modes act, and the marked ones."""
     of_this = [name for name, column in COLUMNS.items() if column.abscissa == abscissa]
     own = measured.loc[measured["quantity"].isin(of_this), "abscissa"]
     if len(own):
-        low, high = own.min() / MARGIN, own.max() * MARGIN
+        ends = [own.min() / MARGIN, own.max() * MARGIN]
     elif fluid.modes:
         times = [mode.relaxation_time for mode in fluid.modes]
-        low, high = 1 / (MODE_MARGIN * max(times)), MODE_MARGIN / min(times)
+        ends = [1 / (MODE_MARGIN * max(times)), MODE_MARGIN / min(times)]
     else:
-        low, high = NEWTONIAN_RATES
-    return np.geomspace(low, high, POINTS)
+        ends = list(NEWTONIAN_RATES)
+    ends += [rate * factor for rate in marked for factor in (1 / MARGIN, MARGIN)]
+    return np.geomspace(min(ends), max(ends), POINTS)
 
 
 def _draw(axes: Axes, quantity: str, rows: pd.DataFrame):
@@ -133,15 +138,13 @@ def _leave_room(axes: Axes, data: pd.DataFrame):
 
 
 def _mark_rates(axes: Axes, rates: Mapping[float, float]):
-    low, high = axes.get_xlim()
-    shown = {De: rate for De, rate in rates.items() if low < rate < high}
-    for De, rate in shown.items():
+    for De, rate in rates.items():
         axes.axvline(rate, color=GREY, lw=0.7, ls=":", zorder=0.5)
         place = {"xy": (rate, 0), "xycoords": ("data", "axes fraction")}
         offset = {"xytext": (-1, 3), "textcoords": "offset points"}
         turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": 6, "color": GREY}
         axes.annotate(f"De = {De:g}", **place, **offset, **turned)
-    if shown:
+    if rates:
         axes.plot([], [], color=GREY, lw=0.7, ls=":", label=r"$\bar{U}/D$ of the study")
 
 
