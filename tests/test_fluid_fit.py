@@ -427,7 +427,7 @@ def test_yaml_is_a_section_of_a_config(fitted):
     text = fluid_fit.as_yaml(fitted.chosen)
     study = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
     fluid = parse_study(study | yaml.safe_load(text)).fluid
-    assert parameters(fluid) == pytest.approx(parameters(fitted.chosen.fluid), rel=1e-4)
+    assert parameters(fluid) == pytest.approx(parameters(fitted.chosen.fluid), rel=1e-3)
     comments = " ".join(line[2:] for line in text.splitlines() if line.startswith("# "))
     assert comments.startswith("Fitted to 133 numbers in oscillation.csv, shear.csv, rms deviation")
     assert f"modes[0].viscosity {100 * fitted.chosen.uncertainties[1]:.1f} %" in comments

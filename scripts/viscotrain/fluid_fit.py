@@ -51,7 +51,7 @@ START_MOBILITY = 0.3
 ROUGH, FINE = 1e-4, 1e-10  # tolerances of all starts, and of the best one
 POLISHED = 3  # starts that are followed to the end
 SINGULAR = 1e-12  # ratio of singular values below which a direction is not determined
-DIGITS = 5  # of the fluid that is written: fewer than round-off and more than data deserve
+DIGITS = 4  # of the fluid that is written: fewer than the minimisation has, more than data deserve
 
 
 @dataclass(frozen=True)
