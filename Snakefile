@@ -9,6 +9,8 @@ from snakemake.exceptions import WorkflowError
 from viscotrain import provenance
 from viscotrain.config import (
     check_geometries,
+    data_files,
+    fitted_fluid_file,
     geometry_name,
     number_name,
     parse_study,
@@ -32,10 +34,13 @@ try:
             line for path in workflow.configfiles for line in read_yaml(path)[1]
         ],
     )
+    MEASURED = data_files(STUDY, workflow.configfiles[-1])
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
 RESULTS = f"results/{STUDY.study}"
+# What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.
+FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
 
 
 rule all:
@@ -44,10 +49,12 @@ rule all:
         f"{RESULTS}/summary.txt",
 
 
+include: "workflow/rules/fluid_fit.smk"
 include: "workflow/rules/dns.smk"
 include: "workflow/rules/transient.smk"
 include: "workflow/rules/table.smk"
 include: "workflow/rules/trains.smk"
+include: "workflow/rules/rheology.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
 include: "workflow/rules/verification.smk"

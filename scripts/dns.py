@@ -15,7 +15,13 @@ from ngsolve import SetNumThreads
 
 from viscotrain import datasets
 from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_distance, parse_study
+from viscotrain.config import (
+    Study,
+    load_study,
+    parse_distance,
+    parse_study,
+    with_fitted_fluid,
+)
 from viscotrain.simulation import simulate
 
 
@@ -39,14 +45,14 @@ def _command_line():
     parser.add_argument("timing", nargs="?", help="CSV file for CPU times")
     arguments = parser.parse_args()
     with reporting():
-        study = load_study(arguments.configfile)
+        study = with_fitted_fluid(load_study(arguments.configfile))
         main(study, arguments.sp, arguments.sf, arguments.output, arguments.timing)
 
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
         main(
-            parse_study(snakemake.config),  # noqa: F821
+            with_fitted_fluid(parse_study(snakemake.config)),  # noqa: F821
             parse_distance(snakemake.wildcards.sp),  # noqa: F821
             parse_distance(snakemake.wildcards.sf),  # noqa: F821
             snakemake.output.result,  # noqa: F821

@@ -31,6 +31,7 @@ from viscotrain.config import (
     load_study,
     parse_study,
     train_name,
+    with_fitted_fluid,
 )
 from viscotrain.fluid import NEWTONIAN
 from viscotrain.provenance import PHYSICS, TRAINS, digest
@@ -221,7 +222,7 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     each = [flow_seconds(study, unknowns(study, *g), model, own) for g in sample_of(work)]
     mean = float(np.mean(each)) if each else 0.0
     trains = [train_seconds(study, phi) for _, phi in work.trains_left]
-    figures = len(study.deborah.values) + 2 * len(work.trains) + 2
+    figures = len(study.deborah.values) + 2 * len(work.trains) + 3
     jobs = len(work.geometries_left) + len(trains)
     # The flow that is drawn is solved once more, without being one of the table's jobs.
     rest = START_UP * jobs + FIGURE * figures + mean if jobs else 0.0
@@ -293,7 +294,7 @@ def _command_line():
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder of all runs")
     arguments = parser.parse_args()
     with reporting():
-        study = load_study(arguments.configfile)
+        study = with_fitted_fluid(load_study(arguments.configfile))
         results = arguments.results / study.study
         print(estimate(study, results, max(1, arguments.cores), pd.read_csv(MEASURED)))
 

@@ -12,7 +12,7 @@ from ngsolve import SetNumThreads
 
 from viscotrain import datasets
 from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study
+from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
 from viscotrain.simulation import field
 
 
@@ -29,11 +29,12 @@ def _command_line():
     parser.add_argument("output", help="netCDF file to write")
     arguments = parser.parse_args()
     with reporting():
-        main(load_study(arguments.configfile), arguments.output)
+        main(with_fitted_fluid(load_study(arguments.configfile)), arguments.output)
 
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
-        main(parse_study(snakemake.config), snakemake.output[0])  # noqa: F821
+        study = with_fitted_fluid(parse_study(snakemake.config))  # noqa: F821
+        main(study, snakemake.output[0])  # noqa: F821
 elif __name__ == "__main__":
     _command_line()

@@ -11,7 +11,7 @@ import xarray as xr
 
 from viscotrain import figures, provenance
 from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study
+from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
 
 
 def main(study: Study, name: str, source: str | Path, folder: str | Path):
@@ -33,12 +33,14 @@ def _command_line():
     parser.add_argument("folder", help="where to write")
     arguments = parser.parse_args()
     with reporting():
-        main(load_study(arguments.configfile), arguments.name, arguments.source, arguments.folder)
+        study = with_fitted_fluid(load_study(arguments.configfile))
+        main(study, arguments.name, arguments.source, arguments.folder)
 
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
         png = Path(snakemake.output[0])  # noqa: F821
-        main(parse_study(snakemake.config), png.stem, snakemake.input[0], png.parent)  # noqa: F821
+        study = with_fitted_fluid(parse_study(snakemake.config))  # noqa: F821
+        main(study, png.stem, snakemake.input[0], png.parent)  # noqa: F821
 elif __name__ == "__main__":
     _command_line()

@@ -14,6 +14,7 @@ from typing import Any
 
 import yaml
 
+from viscotrain import fluid_data
 from viscotrain.config import schema
 from viscotrain.config_problems import inlined, range_in_words
 
@@ -43,6 +44,21 @@ A wrong config stops the workflow before its first job, with one message that na
 
 YAML reads `1e-6` as text: write `1.0e-6`. Infinity is `.inf`. `schema.json` lets an editor complete
 and check keys while you type. Units: D is the channel diameter, d the sphere diameter.
+"""
+
+
+MEASURED_DATA = """
+The files of `fluid.data` are UTF-8 text with comma-separated columns of the names below, in any
+order; ascending in their abscissa. Columns that were not measured may be missing, cells may be
+empty, lines that begin with # are comments. All files together are one fit of `solvent_viscosity`
+(unless it is given), and of viscosity, relaxation time and mobility of each mode, to the logarithms
+of all numbers. Data that cannot determine these are refused, with the reason.
+`synthetic_rheology.csv` shows the form; it was made with this model and 3 % noise, not measured.
+
+    fluid: {data: [synthetic_rheology.csv]}
+
+The result is `results/<study>/fluid_fit/fluid.yaml`, with uncertainties, correlations and residuals
+in `fit.nc` beside it. All that is computed afterwards uses it.
 """
 
 
@@ -79,6 +95,16 @@ def table(body: list[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
+def measured_columns() -> str:
+    """A Markdown table of the columns of measured data."""
+    lines = [("column", "unit", "plausible", "against"), ("---",) * 4]
+    for name, column in fluid_data.COLUMNS.items():
+        against = f"`{column.abscissa}`" if column.abscissa else ""
+        plausible = f"{column.smallest:g} to {column.largest:g}"
+        lines.append((f"`{name}`", column.unit, plausible, against))
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
 def readme() -> str:
     """Text of config/README.md."""
     study = inlined(schema())
@@ -89,6 +115,8 @@ def readme() -> str:
             optional = "" if name in study["required"] else " All of it may be left out."
             parts += [f"\n## {name}\n\n{section['description']}{optional}\n"]
             parts += [table(list(rows(section, f"{name}.")))]
+        if name == "fluid":
+            parts += [MEASURED_DATA, measured_columns()]
     return "\n".join(parts) + "\n"
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from viscotrain import datasets, provenance, table
 from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study
+from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
 
 
 def main(study: Study, results: Sequence[str | Path], output: str | Path):
@@ -46,11 +46,16 @@ def _command_line():
     parser.add_argument("results", nargs="+", help="netCDF files of the dns stage")
     arguments = parser.parse_args()
     with reporting():
-        main(load_study(arguments.configfile), arguments.results, arguments.output)
+        study = with_fitted_fluid(load_study(arguments.configfile))
+        main(study, arguments.results, arguments.output)
 
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
-        main(parse_study(snakemake.config), snakemake.input, snakemake.output[0])  # noqa: F821
+        main(
+            with_fitted_fluid(parse_study(snakemake.config)),  # noqa: F821
+            snakemake.input.results,  # noqa: F821
+            snakemake.output[0],  # noqa: F821
+        )
 elif __name__ == "__main__":
     _command_line()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from viscotrain import datasets, provenance, trains
 from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study
+from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
 from viscotrain.interpolation import VelocityTable
 
 
@@ -56,7 +56,7 @@ def _command_line():
     arguments = parser.parse_args()
     with reporting():
         main(
-            load_study(arguments.configfile),
+            with_fitted_fluid(load_study(arguments.configfile)),
             arguments.deborah,
             arguments.volume_fraction,
             arguments.table,
@@ -67,7 +67,7 @@ def _command_line():
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
         main(
-            parse_study(snakemake.config),  # noqa: F821
+            with_fitted_fluid(parse_study(snakemake.config)),  # noqa: F821
             float(snakemake.wildcards.deborah),  # noqa: F821
             float(snakemake.wildcards.volume_fraction),  # noqa: F821
             snakemake.input[0],  # noqa: F821

@@ -16,7 +16,13 @@ from ngsolve import SetNumThreads
 
 from viscotrain import datasets
 from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_distance, parse_study
+from viscotrain.config import (
+    Study,
+    load_study,
+    parse_distance,
+    parse_study,
+    with_fitted_fluid,
+)
 from viscotrain.simulation import triplet
 from viscotrain.trajectories import simulate, start_up_time
 
@@ -55,14 +61,14 @@ def _command_line():
     parser.add_argument("timing", nargs="?", help="CSV file for CPU times")
     given = parser.parse_args()
     with reporting():
-        study = load_study(given.configfile)
+        study = with_fitted_fluid(load_study(given.configfile))
         main(study, given.sp, given.sf, given.deborah, given.output, given.timing)
 
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
         main(
-            parse_study(snakemake.config),  # noqa: F821
+            with_fitted_fluid(parse_study(snakemake.config)),  # noqa: F821
             parse_distance(snakemake.wildcards.sp),  # noqa: F821
             parse_distance(snakemake.wildcards.sf),  # noqa: F821
             float(snakemake.wildcards.deborah),  # noqa: F821

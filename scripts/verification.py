@@ -19,7 +19,13 @@ from ngsolve import SetNumThreads
 
 from viscotrain import closure, datasets, trajectories, verification
 from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_distance, parse_study
+from viscotrain.config import (
+    Study,
+    load_study,
+    parse_distance,
+    parse_study,
+    with_fitted_fluid,
+)
 from viscotrain.interpolation import VelocityTable
 from viscotrain.meshes import Geometry
 
@@ -85,7 +91,8 @@ def _command_line():
     values = [given[name] for name in names if given[name] is not None]
     with reporting():
         SetNumThreads(1)
-        WORK[given["work"]](load_study(given["configfile"]), given["output"], *values)
+        study = with_fitted_fluid(load_study(given["configfile"]))
+        WORK[given["work"]](study, given["output"], *values)
 
 
 if "snakemake" in globals():
@@ -96,9 +103,9 @@ if "snakemake" in globals():
             name: value if name == "kind" else float(value) for name, value in wildcards.items()
         }
         WORK[snakemake.rule](  # noqa: F821
-            parse_study(snakemake.config),  # noqa: F821
+            with_fitted_fluid(parse_study(snakemake.config)),  # noqa: F821
             Path(snakemake.output[0]),  # noqa: F821
-            *snakemake.input,  # noqa: F821
+            *snakemake.input.get("source", []),  # noqa: F821
             **(values if snakemake.rule != "start_up" else {}),  # noqa: F821
         )
 elif __name__ == "__main__":

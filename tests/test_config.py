@@ -278,6 +278,42 @@ WRONG = {
         {"particle.diameter": 100e-6},
         "particle.diameter: found 0.0001; allowed: less than channel.diameter, 0.0001",
     ),
+    "neither modes nor data": (
+        {"fluid.modes": REMOVED},
+        "fluid.modes: missing; allowed: list of modes, or fluid.data in its place",
+    ),
+    "modes without a solvent": (
+        {"fluid.solvent_viscosity": REMOVED},
+        "fluid.solvent_viscosity: missing; allowed: number > 0",
+    ),
+    "modes and data": (
+        {"fluid.data": ["a.csv"]},
+        "fluid.data: found with fluid.modes; allowed: one of the two",
+    ),
+    "fit without data": (
+        {"fluid.fit": {"modes": 2}},
+        "fluid.fit: found without fluid.data; allowed: with it only",
+    ),
+    "no data": (
+        {"fluid": {"data": []}},
+        "fluid.data: found []; allowed: list of paths, at least 1, none twice, in place of modes",
+    ),
+    "one file without a list": (
+        {"fluid": {"data": "a.csv"}},
+        "fluid.data: found the text 'a.csv'; allowed: list of paths",
+    ),
+    "data twice": (
+        {"fluid": {"data": ["a.csv", "b.csv", "a.csv"]}},
+        "fluid.data[2]: found the text 'a.csv' again; allowed: every value once",
+    ),
+    "data that is no path": (
+        {"fluid": {"data": [5]}},
+        "fluid.data[0]: found 5; allowed: text",
+    ),
+    "number of modes": (
+        {"fluid": {"data": ["a.csv"], "fit": {"modes": 7}}},
+        "fluid.fit.modes: found 7; allowed: whole number in [0, 6]",
+    ),
     "De without modes": (
         {"fluid.modes": [], "deborah.values": [0, 5]},
         "deborah.values[1]: found 5; allowed: 0, because fluid.modes is empty",

@@ -133,9 +133,87 @@ def test_every_shipped_config_has_a_plan(config, project):
         "spacing_or_train": 2 * number_of_trains,
         "field": 1,
         "stress_field": 1,
+        "rheology": 1,
     }
     assert len(geometries) == jobs["dns"]
     assert {("inf", "inf"), (str(table["sp"][0]), "inf")} <= geometries
+
+
+def fitted(project, name="data/rheology.csv") -> str:
+    """The small study with measured data, beside its config, in place of its fluid."""
+    (project.folder / "data").mkdir()
+    shutil.copy2(ROOT / "config" / "synthetic_rheology.csv", project.folder / "data/rheology.csv")
+    return project.configured(SMALL | {"study": "fitted", "fluid": {"data": [name]}})
+
+
+def test_the_fit_of_the_fluid_is_upstream_of_everything(project):
+    config = fitted(project)
+    written, _ = project.plan("--configfile", "config/tiny.yaml")
+    jobs, geometries = project.plan("--configfile", config)
+    assert jobs["fluid_fit"] == jobs["rheology"] == written["rheology"] == 1
+    assert "fluid_fit" not in written
+    assert set(jobs) == set(written) | {"fluid_fit"}
+    assert len(geometries) == 4
+    for target in ("dns/spinf_sfinf.nc", "dns/field.nc", "figures/rheology.png"):
+        jobs, _ = project.plan(f"results/fitted/{target}", "--configfile", config)
+        assert jobs.pop("fluid_fit") == 1
+        assert list(jobs.values()) == [1]
+
+
+def test_a_fitted_fluid_reaches_its_figure(project):
+    """Fit and figure as jobs; both again when a measured number changes."""
+    config = fitted(project)
+    project.edit(config, "fluid:\n", "fluid:\n  fit: {modes: 2}\n")
+    done = project.snakemake(
+        "results/fitted/figures/rheology.png", "--cores", "1", "--configfile", config
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    folder = project.folder / "results" / "fitted"
+    fluid = yaml.safe_load((folder / "fluid_fit" / "fluid.yaml").read_text(encoding="utf-8"))
+    assert [mode["viscosity"] for mode in fluid["fluid"]["modes"]] == pytest.approx(
+        [0.257, 0.254], rel=0.05
+    )
+    curves = (folder / "figures" / "rheology.csv").read_text(encoding="utf-8")
+    assert curves.count("viscosity,Pa s,measured,shear_rate") == 51
+    assert project.plan("results/fitted/figures/rheology.png", "--configfile", config)[0] == {}
+
+    project.edit("data/rheology.csv", "0.1,0.0002097", "0.1,0.0002098")
+    jobs, _ = project.plan("results/fitted/figures/rheology.png", "--configfile", config)
+    assert jobs == {"fluid_fit": 1, "rheology": 1}
+
+
+def test_missing_data_stop_before_any_job(project):
+    config = fitted(project, "data/nowhere.csv")
+    done = project.snakemake("--dry-run", "--configfile", config)
+    text = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert "study.yaml: 1 problem\n  fluid.data[0]: there is no file data/nowhere.csv" in text
+    assert "Traceback" not in text
+
+
+def test_bad_data_end_the_fit_with_file_and_line(project):
+    config = fitted(project)
+    project.edit("data/rheology.csv", "0.1,0.0002097", "0.1,-0.0002097")
+    done = project.snakemake(
+        "results/fitted/fluid_fit/fluid.yaml", "--cores", "1", "--configfile", config
+    )
+    assert done.returncode != 0
+    message = (
+        "error: measured data: 1 problem\n  data/rheology.csv, line 5: storage_modulus: found "
+    )
+    log = (project.folder / "results/fitted/logs/fluid_fit.log").read_text(encoding="utf-8")
+    assert log.startswith(message + "-0.0002097; allowed: above 0")
+    assert message in done.stdout + done.stderr
+
+
+def test_scripts_say_that_the_fluid_is_not_fitted_yet(project):
+    config = fitted(project)
+    done = project.run(
+        "scripts/dns.py", "--configfile", config, "--sp", "inf", "--sf", "inf", "x.nc"
+    )
+    assert done.returncode == 1
+    assert "fluid.data: not fitted yet; make results/fitted/fluid_fit/fluid.yaml" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_without_a_config_file_the_demo_is_planned(project):

@@ -10,6 +10,7 @@ This module imports neither NGSolve nor numpy: the workflow reads it for every j
 
 import itertools
 import math
+import os
 from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationError,
+    model_serializer,
     model_validator,
 )
 
@@ -34,7 +36,7 @@ from viscotrain.config_problems import (
     order_of_sections,
     problem_of_key,
 )
-from viscotrain.errors import ConfigError
+from viscotrain.errors import ConfigError, FluidError
 from viscotrain.fluid import DimensionlessFluid, Scales, mean_spacing
 
 LARGEST_DRAWN_DEBORAH = 5.0  # above, stress strands are too thin to be seen in a figure
@@ -90,13 +92,49 @@ class ModeConfig(_Section):
     )
 
 
-class FluidConfig(_Section):
-    """The fluid: a Newtonian solvent and Giesekus modes."""
+class FluidFitConfig(_Section):
+    """How a fluid is fitted to measured data."""
 
-    solvent_viscosity: float = _key("viscosity of the solvent", symbol="eta_s", unit="Pa s", gt=0)
-    modes: ListOf[ModeConfig] = _key(
-        "Giesekus modes in any order; an empty list is a Newtonian fluid"
+    modes: int | None = _key(
+        "number of modes; null = chosen, up to 4, by the Bayesian information criterion",
+        default=None,
+        ge=0,
+        le=6,
     )
+
+
+class FluidConfig(_Section):
+    """The fluid: a Newtonian solvent and Giesekus modes, written here or fitted to `data`."""
+
+    solvent_viscosity: float | None = _key(
+        "viscosity of the solvent; with `data` it may be left out, and is fitted then",
+        symbol="eta_s",
+        unit="Pa s",
+        default=None,
+        gt=0,
+        rule="required unless data are given",
+    )
+    modes: ListOf[ModeConfig] | None = _key(
+        "Giesekus modes in any order; an empty list is a Newtonian fluid",
+        default=None,
+        rule="required unless data are given",
+    )
+    data: ListOf[str] | None = _key(
+        "CSV files of measured moduli and viscosities, relative to the config file, to which the "
+        "fluid is fitted; columns below",
+        default=None,
+        min_length=1,
+        allowed="list of paths, at least 1, none twice, in place of modes",
+    )
+    fit: FluidFitConfig = FluidFitConfig()
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, serialize) -> dict[str, Any]:
+        """Without the keys of the other way to give the fluid."""
+        unused = {name for name, value in self if value is None}
+        if self.data is None and self.fit == FluidFitConfig():
+            unused.add("fit")
+        return {name: value for name, value in serialize(self).items() if name not in unused}
 
     @property
     def zero_shear_viscosity(self) -> float:
@@ -421,7 +459,13 @@ class Study(_Section):
 
     @property
     def dimensionless_fluid(self) -> DimensionlessFluid:
-        """The fluid in units of its zero-shear viscosity and longest relaxation time."""
+        """The fluid in units of its zero-shear viscosity and longest relaxation time.
+
+        Raises:
+            FluidError: The fluid is not fitted yet.
+        """
+        if self.fluid.modes is None:
+            raise FluidError("the fluid is not fitted yet; `fluid_fit` and `with_fluid` do it")
         return DimensionlessFluid.from_physical(self.fluid.solvent_viscosity, self.fluid.modes)
 
     @property
@@ -446,6 +490,16 @@ class Study(_Section):
             particle_diameter=self.particle.diameter,
         )
 
+    def with_fluid(self, fluid: FluidConfig) -> Self:
+        """The same study with another fluid, as one that was fitted.
+
+        Raises:
+            ConfigError: The study cannot be made with this fluid.
+        """
+        return parse_study(
+            self.model_dump() | {"fluid": fluid.model_dump()}, source=f"study {self.study}"
+        )
+
     def mean_spacing(self, volume_fraction: float) -> float:
         """s* of an equally spaced train, in d."""
         return mean_spacing(self.confinement, volume_fraction)
@@ -460,6 +514,18 @@ class Study(_Section):
     def transient_settings(self) -> dict[str, Any]:
         """What the start-up of one geometry depends on, as plain data."""
         return self.dns_settings() | {"transient": self.dns.transient.model_dump()}
+
+    def rheology_settings(self) -> dict[str, Any]:
+        """What the figure of the fluid depends on, as plain data."""
+        return self.model_dump(mode="json", include={"fluid": True, "deborah": True})
+
+    def shear_rates(self) -> dict[float, float]:
+        """Mean velocity over channel diameter, in 1/s, by De of the config, without De = 0."""
+        return {
+            De: self.deborah_longest_mode(De) / self.fluid.longest_relaxation_time
+            for De in self.deborah.values
+            if De > 0
+        }
 
     def trains_settings(self) -> dict[str, Any]:
         """What one train depends on, given the table, as plain data."""
@@ -597,6 +663,51 @@ def parse_study(data: Any, source: str = "config", known_problems: Sequence[str]
     if study is None or lines:
         raise ConfigError(source, lines)
     return study
+
+
+def fitted_fluid_file(study: Study) -> str | None:
+    """Where the workflow puts the fitted fluid; None for a study whose config writes its fluid."""
+    return None if study.fluid.data is None else f"results/{study.study}/fluid_fit/fluid.yaml"
+
+
+def with_fitted_fluid(study: Study, folder: str | Path = ".") -> Study:
+    """The study as it is computed: with the fluid that the workflow has fitted, if it names data.
+
+    Args:
+        study: Of a config.
+        folder: The one in which the workflow runs, which holds `results/`.
+
+    Raises:
+        ConfigError: The fluid is not fitted yet, or the study cannot be made with it.
+    """
+    file = fitted_fluid_file(study)
+    if file is None:
+        return study
+    if not (Path(folder) / file).exists():
+        raise ConfigError(
+            f"study {study.study}",
+            [f"fluid.data: not fitted yet; make {file} with Snakemake before"],
+        )
+    fluid, _ = read_yaml(Path(folder) / file)
+    return study.with_fluid(FluidConfig.model_validate(fluid["fluid"]))
+
+
+def data_files(study: Study, config_file: str | Path) -> list[str]:
+    """Paths of the measured data of a config file.
+
+    Raises:
+        ConfigError: A file does not exist.
+    """
+    names = study.fluid.data or ()
+    paths = [Path(os.path.relpath(Path(config_file).parent / name)).as_posix() for name in names]
+    missing = [
+        f"fluid.data[{n}]: there is no file {path}; allowed: path relative to the config file"
+        for n, path in enumerate(paths)
+        if not Path(path).is_file()
+    ]
+    if missing:
+        raise ConfigError(str(config_file), missing)
+    return paths
 
 
 def read_yaml(path: str | Path) -> tuple[Any, list[str]]:

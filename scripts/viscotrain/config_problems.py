@@ -132,8 +132,27 @@ def _member(key: str, of: str):
     return check
 
 
+def _fluid_is_written_or_fitted(config: Readable) -> Iterator[Problem]:
+    fluid = config.value("fluid")
+    if not isinstance(fluid, Mapping):
+        return
+    given = {name for name in ("solvent_viscosity", "modes", "data") if fluid.get(name) is not None}
+    if "data" not in given:
+        for name, allowed in (
+            ("solvent_viscosity", "number > 0"),
+            ("modes", "list of modes, or fluid.data in its place"),
+        ):
+            if name not in given:
+                yield Problem(("fluid", name), f"missing; allowed: {allowed}")
+    elif "modes" in given:
+        yield Problem(("fluid", "data"), "found with fluid.modes; allowed: one of the two")
+    if "data" not in given and fluid.get("fit"):
+        yield Problem(("fluid", "fit"), "found without fluid.data; allowed: with it only")
+
+
 def _deborah_needs_modes(config: Readable) -> Iterator[Problem]:
-    if len(config.value("fluid.modes")) > 0:
+    modes = config.value("fluid.modes")
+    if modes is None or len(modes) > 0:
         return
     for location, De in config.indexed("deborah.values"):
         if De > 0:
@@ -142,7 +161,8 @@ def _deborah_needs_modes(config: Readable) -> Iterator[Problem]:
 
 def _start_up_needs_modes(config: Readable) -> Iterator[Problem]:
     points = config.items("verification.transient")
-    if points and len(config.value("fluid.modes")) == 0:
+    modes = config.value("fluid.modes")
+    if points and modes is not None and len(modes) == 0:
         location = ("verification", "transient")
         yield _conflict(location, len(points), "none, because fluid.modes is empty: no start-up")
 
@@ -190,6 +210,8 @@ def _stations_in_channel(config: Readable) -> Iterator[Problem]:
 
 
 _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
+    _fluid_is_written_or_fitted,
+    _unrepeated("fluid.data"),
     _deborah_needs_modes,
     _sphere_fits_tube,
     _channel_holds_train,

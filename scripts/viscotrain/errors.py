@@ -44,3 +44,7 @@ class TrainError(ViscotrainError, ValueError):
 
 class SolutionError(ViscotrainError, RuntimeError):
     """A flow that is needed was not solved."""
+
+
+class DataError(ViscotrainError, ValueError):
+    """Measured data are wrong, or cannot determine what is fitted to them."""

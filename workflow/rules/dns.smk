@@ -10,6 +10,8 @@ wildcard_constraints:
 
 
 rule dns:
+    input:
+        **FITTED_FLUID,
     output:
         **(
             {"fields": directory(f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}")}
@@ -36,6 +38,8 @@ rule dns:
 
 
 rule field:
+    input:
+        **FITTED_FLUID,
     output:
         f"{RESULTS}/dns/field.nc",
     log:

@@ -1,6 +1,7 @@
 """Figures, each as PNG and PDF with its data beside it."""
 
 FIGURES = [
+    "rheology",
     "pair_velocity",
     "stress_field",
     *[f"relative_velocities_De{number_name(De)}" for De in STUDY.deborah.values],
@@ -16,6 +17,7 @@ FIGURES = [
 rule relative_velocities:
     input:
         f"{RESULTS}/table/velocity_table.nc",
+        **FITTED_FLUID,
     output:
         multiext(
             f"{RESULTS}/figures/relative_velocities_De{{deborah}}",
@@ -38,6 +40,7 @@ rule relative_velocities:
 rule pair_velocity:
     input:
         f"{RESULTS}/table/velocity_table.nc",
+        **FITTED_FLUID,
     output:
         multiext(f"{RESULTS}/figures/pair_velocity", ".png", ".pdf", ".csv"),
     log:
@@ -55,6 +58,7 @@ rule pair_velocity:
 rule stress_field:
     input:
         f"{RESULTS}/dns/field.nc",
+        **FITTED_FLUID,
     output:
         multiext(f"{RESULTS}/figures/stress_field", ".png", ".pdf", ".nc"),
     log:
@@ -70,6 +74,7 @@ rule stress_field:
 rule spacing_or_train:
     input:
         f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
+        **FITTED_FLUID,
     output:
         multiext(
             f"{RESULTS}/figures/{{kind}}_De{{deborah}}_phi{{volume_fraction}}",

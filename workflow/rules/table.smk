@@ -12,7 +12,8 @@ else:
 
 rule table:
     input:
-        [f"{RESULTS}/{name.format(kind='')}.nc" for name in SIMULATIONS],
+        **FITTED_FLUID,
+        results=[f"{RESULTS}/{name.format(kind='')}.nc" for name in SIMULATIONS],
     output:
         f"{RESULTS}/table/velocity_table.nc",
     log:

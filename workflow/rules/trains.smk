@@ -10,6 +10,7 @@ TRAINS = [
 rule trains:
     input:
         f"{RESULTS}/table/velocity_table.nc",
+        **FITTED_FLUID,
     output:
         f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
     log:

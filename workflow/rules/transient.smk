@@ -2,6 +2,8 @@
 
 
 rule transient:
+    input:
+        **FITTED_FLUID,
     output:
         result=f"{RESULTS}/transient/sp{{sp}}_sf{{sf}}_De{{deborah}}.nc",
         timing=f"{RESULTS}/transient/timing/sp{{sp}}_sf{{sf}}_De{{deborah}}.csv",

@@ -26,7 +26,8 @@ rule verification:
 
 rule start_up:
     input:
-        f"{RESULTS}/transient/sp{{sp}}_sf{{sf}}_De{{deborah}}.nc",
+        **FITTED_FLUID,
+        source=[f"{RESULTS}/transient/sp{{sp}}_sf{{sf}}_De{{deborah}}.nc"],
     output:
         f"{RESULTS}/verification/start_up/sp{{sp}}_sf{{sf}}_De{{deborah}}.nc",
     log:
@@ -46,7 +47,8 @@ rule start_up:
 
 rule closure_train:
     input:
-        f"{RESULTS}/table/velocity_table.nc",
+        **FITTED_FLUID,
+        source=[f"{RESULTS}/table/velocity_table.nc"],
     output:
         f"{RESULTS}/verification/closure/train_De{{deborah}}.nc",
     log:
@@ -64,6 +66,8 @@ rule closure_train:
 
 
 rule closure_gap:
+    input:
+        **FITTED_FLUID,
     output:
         f"{RESULTS}/verification/closure/gap{{gap}}.csv",
     log:
@@ -81,6 +85,8 @@ rule closure_gap:
 
 
 rule convergence:
+    input:
+        **FITTED_FLUID,
     output:
         f"{RESULTS}/verification/convergence/{{kind}}_sp{{sp}}_sf{{sf}}.csv",
     log:
