@@ -46,6 +46,7 @@ rule all:
 include: "workflow/rules/dns.smk"
 include: "workflow/rules/table.smk"
 include: "workflow/rules/trains.smk"
+include: "workflow/rules/movies.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
 

@@ -33,6 +33,8 @@ SMALL = TINY | {
 AFTER_DNS = {
     "table": 1,
     "trains": 1,
+    "film": 1,
+    "movies": 1,
     "pair_velocity": 1,
     "relative_velocities": 1,
     "spacing_or_train": 2,
@@ -129,6 +131,8 @@ def test_every_shipped_config_has_a_plan(config, project):
     assert jobs == AFTER_DNS | {
         "dns": len(table["sp"]) * len(table["sf"]) + table["check"],
         "trains": number_of_trains,
+        "film": number_of_trains,
+        "movies": number_of_trains,
         "relative_velocities": len(study["deborah"]["values"]),
         "spacing_or_train": 2 * number_of_trains,
         "field": 1,
@@ -164,7 +168,14 @@ def test_a_distance_more_runs_only_the_new_geometries_and_what_follows(finished)
 def test_other_trains_simulate_no_flow(finished):
     more = SMALL | {"trains": SMALL["trains"] | {"volume_fraction": [0.005, 0.01]}}
     jobs, _ = finished.plan("--configfile", finished.configured(more))
-    assert jobs == {"trains": 1, "spacing_or_train": 2, "summary": 1, "all": 1}
+    assert jobs == {
+        "trains": 1,
+        "film": 1,
+        "movies": 1,
+        "spacing_or_train": 2,
+        "summary": 1,
+        "all": 1,
+    }
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
 )
 TABLE = ("interpolation", "table")  # ... the table, given those
 TRAINS = ("interpolation", "trains")  # ... the trains, given the table
+MOVIES = ("movies",)  # ... movies, given trains
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")
 
 

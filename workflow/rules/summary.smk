@@ -5,6 +5,7 @@ rule summary:
     input:
         table=f"{RESULTS}/table/velocity_table.nc",
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
+        movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
         figures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES),
         timing=expand(f"{RESULTS}/dns/timing/{{geometry}}.csv", geometry=GRID + BETWEEN),
     output:
