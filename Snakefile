@@ -47,6 +47,7 @@ include: "workflow/rules/dns.smk"
 include: "workflow/rules/table.smk"
 include: "workflow/rules/trains.smk"
 include: "workflow/rules/movies.smk"
+include: "workflow/rules/design_map.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
 

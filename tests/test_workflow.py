@@ -17,6 +17,7 @@ import xarray as xr
 import yaml
 
 from viscotrain import provenance
+from viscotrain.config import load_study
 from viscotrain.table import NOT_ATTEMPTED, NOT_CONVERGED
 
 ROOT = Path(__file__).parent.parent
@@ -35,6 +36,10 @@ AFTER_DNS = {
     "trains": 1,
     "film": 1,
     "movies": 1,
+    "stations": 1,
+    "design_point": 2,
+    "design_map": 1,
+    "map_figure": 2,
     "pair_velocity": 1,
     "relative_velocities": 1,
     "spacing_or_train": 2,
@@ -133,6 +138,9 @@ def test_every_shipped_config_has_a_plan(config, project):
         "trains": number_of_trains,
         "film": number_of_trains,
         "movies": number_of_trains,
+        "stations": number_of_trains,
+        "design_point": len(load_study(ROOT / "config" / config).map_conditions()),
+        "schematic": 1,
         "relative_velocities": len(study["deborah"]["values"]),
         "spacing_or_train": 2 * number_of_trains,
         "field": 1,
@@ -161,7 +169,7 @@ def test_a_distance_more_runs_only_the_new_geometries_and_what_follows(finished)
     larger = SMALL | {"table": SMALL["table"] | {"sp": [1.5, 2.5, float("inf")]}}
     jobs, geometries = finished.plan("--configfile", finished.configured(larger))
     assert geometries == {("2.5", "1.5"), ("2.5", "inf")}
-    assert jobs == AFTER_DNS | {"dns": 2}
+    assert jobs == AFTER_DNS | {"dns": 2, "schematic": 1}
 
 
 @pytest.mark.slow
@@ -172,6 +180,8 @@ def test_other_trains_simulate_no_flow(finished):
         "trains": 1,
         "film": 1,
         "movies": 1,
+        "stations": 1,
+        "schematic": 1,
         "spacing_or_train": 2,
         "summary": 1,
         "all": 1,

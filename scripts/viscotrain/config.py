@@ -356,8 +356,8 @@ class DesignMapConfig(_Section):
     stations: int = _key(
         "positions at which spacings are recorded, evenly from inlet to outlet", default=41, ge=2
     )
-    repeats: int = _key("independent trains per condition", default=3, ge=1)
-    passages: int = _key("spheres recorded per repeat", default=200, ge=2)
+    repeats: int = _key("independent trains per condition", default=4, ge=1)
+    passages: int = _key("spheres recorded per repeat", default=500, ge=2)
     ordered_variation: float = _key(
         "coefficient of variation of the spacing below which a train counts as ordered",
         default=0.25,
@@ -437,6 +437,12 @@ class Study(_Section):
         """What one train depends on, given the table, as plain data."""
         used = {"stations", "repeats", "seed", "passages"}
         return self.trains.model_dump(include=used) | {"length": self.channel.length}
+
+    def schematic_settings(self) -> dict[str, Any]:
+        """What the schematic depends on, as plain data."""
+        used = {"channel": True, "particle": True, "table": {"sp", "sf"}, "dns": {"margin"}}
+        settings = self.model_dump(mode="json", include=used)
+        return settings | {"volume_fraction": self.trains.volume_fraction[0]}
 
     def movie_conditions(self) -> tuple[tuple[float, float], ...]:
         """(De, volume fraction) of the trains that are filmed."""

@@ -29,6 +29,7 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
 TABLE = ("interpolation", "table")  # ... the table, given those
 TRAINS = ("interpolation", "trains")  # ... the trains, given the table
 MOVIES = ("movies",)  # ... movies, given trains
+DESIGN_MAP = ("design_map", "fluid", "pipe")  # ... the map, given its trains
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")
 
 

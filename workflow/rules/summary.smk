@@ -6,6 +6,7 @@ rule summary:
         table=f"{RESULTS}/table/velocity_table.nc",
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
         movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
+        design_map=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
         figures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES),
         timing=expand(f"{RESULTS}/dns/timing/{{geometry}}.csv", geometry=GRID + BETWEEN),
     output:

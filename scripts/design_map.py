@@ -1,0 +1,46 @@
+"""Design map stage, second half: trains of all conditions -> the map in physical units.
+
+From the command line:
+python scripts/design_map.py --configfile config/config.yaml OUTPUT POINT...
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from viscotrain import datasets, design_map, provenance
+from viscotrain.command import reporting
+from viscotrain.config import Study, load_study, parse_study
+
+
+def main(study: Study, points: Sequence[str | Path], output: str | Path):
+    """Combine the trains of all conditions and write the map."""
+    result = design_map.combine(
+        [xr.load_dataset(path) for path in points],
+        fluid=study.dimensionless_fluid,
+        ordered_variation=study.design_map.ordered_variation,
+        attributes=provenance.attributes(
+            f"design map of study {study.study}", study.resolved_yaml()
+        ),
+    )
+    datasets.write(result, output)
+    print(design_map.headline(result))
+
+
+def _command_line():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--configfile", required=True, help="config of the study")
+    parser.add_argument("output", help="netCDF file to write")
+    parser.add_argument("points", nargs="+", help="files that design_point.py wrote")
+    arguments = parser.parse_args()
+    with reporting():
+        main(load_study(arguments.configfile), arguments.points, arguments.output)
+
+
+if "snakemake" in globals():
+    with reporting(snakemake.log[0]):  # noqa: F821
+        main(parse_study(snakemake.config), snakemake.input, snakemake.output[0])  # noqa: F821
+elif __name__ == "__main__":
+    _command_line()
