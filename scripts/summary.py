@@ -50,7 +50,8 @@ def main(
     if figures:
         lines.append(f"  figures         {len(figures)} in {Path(figures[0]).parent}/")
     for folder in movies:
-        lines.append(f"  movies          {len(list(Path(folder).iterdir()))} in {folder}/")
+        count = sum(path.suffix in (".mp4", ".gif") for path in Path(folder).iterdir())
+        lines.append(f"  movies          {count} in {folder}/")
     text = "\n".join(lines)
     Path(output).write_text(text + "\n", encoding="utf-8")
     print(text)

@@ -14,10 +14,12 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from matplotlib.colors import to_hex
+from matplotlib.patches import Circle
 from PIL import Image
 from synthetic import PAPER_NODES, dns_result, superposed, triplet
 
-from viscotrain import datasets, movies, trains
+from viscotrain import datasets, figures, movies, trains
 from viscotrain.table import combine
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
@@ -327,3 +329,25 @@ def test_scripts_from_the_command_line_and_their_word_about_a_missing_ffmpeg(tmp
     words = run("movies.py", film, tmp_path / "gif", code=missing)
     assert "no ffmpeg found: movies are GIF" in words
     assert len(list((tmp_path / "gif").glob("*.gif"))) == 4
+
+
+# ----------------------------------------------------------------------------------------- figure
+
+
+def test_strip_of_all_stations_shows_one_moment_to_scale(data):
+    figure, drawn = figures.draw("stations_De5_phi0.01", data, BETA)
+    frame = FRAMES // 2
+    assert float(drawn["time"]) == pytest.approx(frame * INTERVAL)
+    for n, axes in enumerate(figure.axes):
+        z = data["position"].values[n, frame]
+        z = z[np.isfinite(z)]
+        circles = [patch for patch in axes.patches if isinstance(patch, Circle)]
+        np.testing.assert_allclose([circle.center[0] for circle in circles], z)
+        assert {2 * circle.radius for circle in circles} == {BETA}
+        red = [to_hex(circle.get_facecolor()).upper() == figures.VERMILLION for circle in circles]
+        assert red == movies.touching(z, BETA).tolist()
+        start = float(drawn["window_start"][n])
+        assert axes.get_aspect() == 1 and axes.get_xlim() == (start, start + VIEW)
+        assert f"$L/D$ = {STATIONS[n]:g}" in axes.get_ylabel()
+    bar = figure.axes[0].lines[-1].get_xdata()
+    assert bar[1] - bar[0] == pytest.approx(0.5)  # 50 um of 100 um

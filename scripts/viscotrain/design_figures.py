@@ -206,11 +206,13 @@ def _in_words(values: NDArray, decimals: int, halfwidth: NDArray | float = math.
 def _draw_grid(
     axes: Axes, values: NDArray, words: NDArray, *, cmap: str, largest: float | None = None
 ):
-    """A cell per condition, coloured from 0 to the largest value; grey where it is infinite."""
+    """A cell per condition, coloured from 0 to the largest value; grey if infinite, none if NaN."""
     finite = values[np.isfinite(values)]
     norm = Normalize(0, largest or (float(finite.max(initial=0)) or 1))
     colours = matplotlib.colormaps[cmap]
     for (row, column), value in np.ndenumerate(values):
+        if math.isnan(value):
+            continue
         face = colours(norm(value)) if math.isfinite(value) else PALE_GREY
         axes.add_patch(Rectangle((column - 0.48, row - 0.46), 0.96, 0.92, facecolor=face, lw=0))
         brightness = np.dot(matplotlib.colors.to_rgb(face), (0.299, 0.587, 0.114))

@@ -94,6 +94,7 @@ def combine(
         -1,
         values["spacing_variation"],
     )
+    order[np.isnan(values["mean_spacing"]).all(axis=-1)] = math.nan  # not simulated
     grid = ["deborah", "volume_fraction", "station"]
     text = points[0]
     dataset = xr.Dataset(

@@ -373,8 +373,8 @@ def station_frames(
     canvas.channel(view)
     _ticks(canvas, view, below, float(data["station"][station]))
     _foot(canvas, below + TICKS + FOOT / 2, data, speed)
-    canvas.pointer(800, below + TICKS + FOOT / 2 - 7)
-    canvas.text(817, below + TICKS + FOOT / 2, "station", size=SMALL_TEXT)
+    canvas.pointer(840, below + TICKS + FOOT / 2 - 7)
+    canvas.text(857, below + TICKS + FOOT / 2, "station", size=SMALL_TEXT)
     for n, z in enumerate(data["position"].values[station]):
         frame = _timed(canvas, time(n))
         draw_spheres(frame, view, z[np.isfinite(z)], float(data["confinement"]))
@@ -422,8 +422,8 @@ def moving_frames(data: xr.Dataset, *, width: int, frame_rate: float) -> Iterato
             canvas.ring(column, view.axis, beta * view.scale / 2)
     y = below + FOOT / 2 + 4
     _foot(canvas, y, data, speed)
-    canvas.ring(800 * canvas.unit, y * canvas.unit, 9 * canvas.unit)
-    canvas.text(817, y, "in the first frame", size=SMALL_TEXT)
+    canvas.ring(840 * canvas.unit, y * canvas.unit, 9 * canvas.unit)
+    canvas.text(857, y, "in the first frame", size=SMALL_TEXT)
     for n, z in enumerate(data["moving_position"].values):
         now = canvas.copy()
         _progress(now, below + FOOT + 14, data, n)
@@ -465,10 +465,10 @@ def _foot(canvas: Canvas, y: float, data: xr.Dataset, speed: str):
     start, end = bar_columns(length, float(data["field_of_view"]))
     canvas.box(start, y - 2.5, end, y + 2.5, BLACK)
     canvas.text(end + 12, y, name, size=SMALL_TEXT)
-    canvas.disc(420, y, BLUE)
-    canvas.text(437, y, "sphere", size=SMALL_TEXT)
-    canvas.disc(540, y, VERMILLION)
-    canvas.text(557, y, f"touching (s* < {trains.TOUCHING:g} d)", size=SMALL_TEXT)
+    canvas.disc(455, y, BLUE)
+    canvas.text(472, y, "sphere", size=SMALL_TEXT)
+    canvas.disc(575, y, VERMILLION)
+    canvas.text(592, y, f"touching (s* < {trains.TOUCHING:g} d)", size=SMALL_TEXT)
     canvas.text(REFERENCE_WIDTH - 16, y, speed, anchor="rm", size=SMALL_TEXT)
 
 
