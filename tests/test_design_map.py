@@ -183,7 +183,7 @@ def test_design_map_draws_only_conditions_that_were_simulated(hand_made):
     assert (1, 0) not in cells  # De = 1, phi = 1 %: not simulated
     assert len([patch for patch in variation.patches if isinstance(patch, Rectangle)]) == 3
     order = [text.get_text() for text in figure.axes[3].texts]
-    assert order == ["0.8", "not reached", "not reached"]
+    assert order == ["0.8", "not\nreached", "not\nreached"]
     for word in ("De = 5\n3.13 \N{MICRO SIGN}L/min, 2.4 bar", "0.6", "ordered below"):
         assert word in words
     assert any("[cm]" in word for word in words) and any("[%]" in word for word in words)

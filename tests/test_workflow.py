@@ -150,6 +150,21 @@ def test_every_shipped_config_has_a_plan(config, project):
     assert {("inf", "inf"), (str(table["sp"][0]), "inf")} <= geometries
 
 
+def test_the_paper_draws_the_conditions_of_the_experiments(project):
+    names = [f"spacing_De{De}_phi{phi}" for De in (31, 62) for phi in (0.006, 0.01)]
+    targets = [f"results/paper/figures/{name}.png" for name in names]
+    jobs, _ = project.plan(*targets, "--configfile", "config/paper.yaml")
+    assert (jobs["spacing_or_train"], jobs["trains"]) == (4, 4)
+
+
+def test_without_movies_and_map_there_are_none(project):
+    less = SMALL | {"movies": {"deborah": []}, "design_map": {"deborah": []}}
+    jobs, _ = project.plan("--configfile", project.configured(less))
+    assert not {"film", "movies", "stations", "design_point", "design_map", "map_figure"} & set(
+        jobs
+    )
+
+
 def test_without_a_config_file_the_demo_is_planned(project):
     assert project.plan() == project.plan("--configfile", "config/config.yaml")
 
@@ -162,6 +177,27 @@ def test_fields_of_every_point_do_not_change_the_plan(project):
 @pytest.mark.slow
 def test_a_finished_study_has_nothing_to_do(finished):
     assert finished.plan("--configfile", "study.yaml") == ({}, set())
+
+
+@pytest.mark.slow
+def test_the_summary_names_movies_and_design_map(finished):
+    words = (finished.folder / "results" / "small" / "summary.txt").read_text(encoding="utf-8")
+    assert "movies          4 in results/small/movies/De1_phi0.01/" in words
+    assert "design map      results/small/design_map/design_map.nc" in words
+    movies = sorted((finished.folder / "results/small/movies/De1_phi0.01").glob("*.mp4"))
+    assert [path.stem for path in movies] == [
+        "moving_frame",
+        "station_0",
+        "station_10",
+        "station_20",
+    ]
+
+
+@pytest.mark.slow
+def test_another_frame_rate_repeats_no_simulation(finished):
+    faster = SMALL | {"movies": SMALL["movies"] | {"frame_rate": 30}}
+    jobs, _ = finished.plan("--configfile", finished.configured(faster))
+    assert jobs == {"movies": 1, "summary": 1, "all": 1}
 
 
 @pytest.mark.slow

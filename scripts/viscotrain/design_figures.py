@@ -83,7 +83,8 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
         handles.append(Line2D([], [], **marker))
         labels.append(f"simulated, De = {De:g}")
     left.set(xscale="log", yscale="log", ylabel="mean spacing at the outlet, $s^*$ [$d$]")
-    right.set(xscale="log", ylabel=r"$s^* \phi/\beta^2$", ylim=(0.45, 0.75))
+    right.set(xscale="log", ylabel=r"$s^* \phi/\beta^2$")
+    right.margins(y=0.3)
     for axes in (left, right):
         axes.set(xlabel=r"volume fraction, $\phi$ [%]", xlim=(line[0], line[-1]))
         axes.set_xticks(sorted(phi.unique()), [f"{value:g}" for value in sorted(phi.unique())])
@@ -93,8 +94,8 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
     left.set_title(
         rf"spacing law $s^* \phi$ = $\phi_{{mp}} \beta^2$,  $d/D$ = {beta:g}", loc="left"
     )
-    right.set_title("the same, scaled: both laws are constants", loc="left")
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, columnspacing=2)
+    right.set_title("the same, scaled (bars: 95 % confidence)", loc="left")
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, columnspacing=2)
     return Drawing(figure, data)
 
 
@@ -128,7 +129,7 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
     """Measures at the outlet over (De, phi) as cells, and along the channel as curves."""
     deborah = dataset["deborah"].values
     rows = len(deborah)
-    cells, curves = 0.62 + 0.3 * rows, 1.05
+    cells, curves = 0.62 + 0.32 * rows, 1.05
     figure = Figure(figsize=(PAGE, 0.75 + 2 * cells + 3 * curves), layout="constrained")
     figure.get_layout_engine().set(hspace=0.04, h_pad=0.03)
     upper, lower = figure.subfigures(2, 1, height_ratios=[2 * cells, 3 * curves + 0.5])
@@ -139,6 +140,7 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
         f"$d/D$ = {float(dataset['confinement']):g},  "
         f"$D$ = {1e3 * float(dataset['channel_diameter']):g} \N{MICRO SIGN}m,  "
         f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm"
+        "  (\N{PLUS-MINUS SIGN} and bands: 95 % confidence)"
     )
     return Drawing(figure, design_map.table(dataset))
 
@@ -169,7 +171,8 @@ def _draw_cells(panels: NDArray, dataset: xr.Dataset):
         cmap="viridis_r",
     )
     _draw_grid(panels[1, 0], mode, _in_words(mode, 1), cmap="viridis")
-    words = np.where(np.isinf(order), "not reached", _in_words(order, 1))
+    words = np.where(np.isinf(order), "not\nreached", _in_words(order, 1))
+    words[order == 0] = "from the\ninlet on"
     _draw_grid(panels[1, 1], order, words, cmap="viridis_r", largest=end)
     for axes, title in zip(panels.flat, titles, strict=True):
         axes.set_title(title, loc="left", pad=4)
@@ -197,7 +200,7 @@ def _in_words(values: NDArray, decimals: int, halfwidth: NDArray | float = math.
     """Values with the half width of their confidence interval, in words; empty where unknown."""
 
     def words(value, half):
-        band = f" \N{PLUS-MINUS SIGN} {half:.{decimals}f}" if math.isfinite(half) else ""
+        band = f"\n\N{PLUS-MINUS SIGN} {half:.{decimals}f}" if math.isfinite(half) else ""
         return f"{value:.{decimals}f}{band}" if math.isfinite(value) else ""
 
     return np.vectorize(words, otypes=[object])(values, halfwidth)
@@ -250,8 +253,10 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
         panels[0, column].set_title(f"De = {De:g}", loc="left", pad=4)
         bottom = panels[-1, column]
         bottom.set_xlim(z[0], z[-1])
-        bottom.set_xlabel(f"channel length, $L$ [$D$]  (100 $D$ = {cm:.3g} cm)")
+        bottom.set_xlabel("length, $L$ [$D$]")
         bottom.xaxis.set_major_locator(MaxNLocator(4))
+    words = f"over the length of the channel (100 $D$ = {cm:.3g} cm)"
+    figure.suptitle(words, fontsize=matplotlib.rcParams["axes.titlesize"])
     handles = [Line2D([], [], color=colour) for colour in colours]
     labels = [rf"$\phi$ = {100 * value:g} %" for value in phi]
     handles.append(Line2D([], [], color=GREY, lw=0.8, ls="--"))

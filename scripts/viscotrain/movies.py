@@ -453,7 +453,7 @@ def _ticks(canvas: Canvas, view: View, below: float, station: float):
         canvas.box(x - 1, below + THICK, x + 1, below + THICK + 9, WALL)
         if 30 < x < REFERENCE_WIDTH - 30:
             canvas.text(x, below + 28, f"{z:g} D", anchor="mm", size=SMALL_TEXT)
-    x = np.clip(float(view.column(station)) / canvas.unit, 9, REFERENCE_WIDTH - 9)
+    x = np.clip(float(view.column(station)) / canvas.unit, 10, REFERENCE_WIDTH - 10)
     canvas.pointer(x, below + THICK)
 
 
