@@ -1,4 +1,4 @@
-"""Design map stage, second half: trains of all conditions -> the map in physical units.
+"""Design map stage: trains of all conditions -> the map in physical units.
 
 From the command line:
 python scripts/design_map.py --configfile config/config.yaml OUTPUT POINT...
@@ -33,7 +33,7 @@ def _command_line():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--configfile", required=True, help="config of the study")
     parser.add_argument("output", help="netCDF file to write")
-    parser.add_argument("points", nargs="+", help="files that design_point.py wrote")
+    parser.add_argument("points", nargs="+", help="files that trains.py --design-map wrote")
     arguments = parser.parse_args()
     with reporting():
         main(load_study(arguments.configfile), arguments.points, arguments.output)

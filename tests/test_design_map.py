@@ -248,7 +248,7 @@ def test_scripts_from_the_command_line(tmp_path):
 
     for phi in ("0.01", "0.015"):
         condition = ["--deborah", "1", "--volume-fraction", phi]
-        run("design_point.py", *condition, "table.nc", f"phi{phi}.nc")
+        run("trains.py", "--design-map", *condition, "table.nc", f"phi{phi}.nc")
     words = run("design_map.py", "map.nc", "phi0.015.nc", "phi0.01.nc")
     assert "of 2 conditions" in words
     result = xr.load_dataset(tmp_path / "map.nc")

@@ -480,9 +480,12 @@ class Study(_Section):
 
     def map_settings(self) -> dict[str, Any]:
         """What one train of the design map depends on, given the table, as plain data."""
-        used = {"stations", "repeats", "passages"}
-        settings = self.design_map.model_dump(include=used)
-        return settings | {"seed": self.trains.seed, "length": self.channel.length}
+        length, intervals = self.channel.length, self.design_map.stations - 1
+        return self.design_map.model_dump(include={"repeats", "passages"}) | {
+            "stations": [length * n / intervals for n in range(intervals + 1)],
+            "seed": self.trains.seed,
+            "length": length,
+        }
 
     def field_point(self) -> FieldConfig:
         """The point of the table whose field is drawn: as configured, else chosen."""

@@ -18,7 +18,7 @@ rule design_point:
     message:
         "Design map: trains at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
     script:
-        "../../scripts/design_point.py"
+        "../../scripts/trains.py"
 
 
 rule design_map:
