@@ -232,6 +232,8 @@ def test_words_of_a_frame_are_physical(data):
     clock, speed = movies._clock(data, data["time"].values, RATE)
     # 0.05 D/Ubar of 15.04 ms last a frame of 40 ms
     assert (clock(2), speed) == ("t = 1.5 ms", "53.2\N{MULTIPLICATION SIGN} slower than real")
+    thousand_times_faster = data.assign(time_scale=0.01504 / 1000)
+    assert movies._clock(thousand_times_faster, data["time"].values, RATE)[0](2) == "t = 0.0015 ms"
     newtonian = data.assign(time_scale=np.nan)
     assert movies._clock(newtonian, data["time"].values, RATE)[0](2) == "t = 0.10 D/U\u0304"
 

@@ -56,7 +56,14 @@ NICE = (1, 2, 5)  # leading digits of a scale bar's length
 # -------------------------------------------------------------------------------------- positions
 
 
-def film(velocities, train: xr.Dataset, *, field_of_view: float, interval: float, frames: int):
+def film(
+    velocities: trains.Velocities,
+    train: xr.Dataset,
+    *,
+    field_of_view: float,
+    interval: float,
+    frames: int,
+) -> xr.Dataset:
     """Positions of the spheres in the windows of all cameras, at the times of their frames.
 
     Args:
@@ -123,10 +130,9 @@ def film(velocities, train: xr.Dataset, *, field_of_view: float, interval: float
         },
         coords={"station": train["station"]},
     )
-    for name in ("confinement", "volume_fraction", "channel_length", "deborah"):
+    scalars = ("confinement", "volume_fraction", "channel_length", "deborah", "channel_diameter")
+    for name in scalars:
         dataset[name] = train[name]
-    for scale in ("channel_diameter", "mean_velocity"):
-        dataset[scale] = train[scale]
     dataset["time_scale"] = ((), float(train["time"]), dict(train["time"].attrs))
     return dataset
 
@@ -148,7 +154,7 @@ def moving_window(length: float, field_of_view: float) -> tuple[float, int]:
     return min(rows * field_of_view, length / 2), rows
 
 
-def _positions(velocities, train: xr.Dataset, times: NDArray) -> list[NDArray]:
+def _positions(velocities: trains.Velocities, train: xr.Dataset, times: NDArray) -> list[NDArray]:
     """Positions in D of all spheres of repeat 0 at some times after recording began."""
     beta, length = float(train["confinement"]), float(train["channel_length"])
     seed = np.random.SeedSequence(int(train.attrs["seed"]), spawn_key=(0,))
@@ -338,9 +344,9 @@ def _clock(data: xr.Dataset, times: NDArray, frame_rate: float) -> tuple[Callabl
     words = f"{slower:.3g}\N{MULTIPLICATION SIGN} slower than real"
     if slower < 1:
         words = f"{1 / slower:.3g}\N{MULTIPLICATION SIGN} faster than real"
-    if seconds[-1] < 1:
-        return lambda n: f"t = {1e3 * seconds[n]:.1f} ms", words
-    return lambda n: f"t = {seconds[n]:.2f} s", words
+    shown, unit = (1e3 * seconds, "ms") if seconds[-1] < 1 else (seconds, "s")
+    decimals = max(0, math.ceil(-math.log10(shown[1] - shown[0])))  # every frame has its own
+    return lambda n: f"t = {shown[n]:.{decimals}f} {unit}", words
 
 
 HEADER, TICKS, FOOT = 52, 42, 46  # heights above the channel, below it, and below that
@@ -534,13 +540,13 @@ def _write_mp4(frames: Iterable[NDArray], path: Path, frame_rate: float) -> Path
 
 
 def _write_gif(frames: Iterable[NDArray], path: Path, frame_rate: float) -> Path:
-    images = [
+    images = (
         Image.fromarray(frame).quantize(GIF_COLOURS, dither=Image.Dither.NONE) for frame in frames
-    ]
-    images[0].save(
+    )
+    next(images).save(
         path,
         save_all=True,
-        append_images=images[1:],
+        append_images=images,
         duration=round(1000 / frame_rate),
         loop=0,
     )
