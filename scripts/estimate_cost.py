@@ -25,7 +25,9 @@ import yaml
 from viscotrain import dns, simulation
 from viscotrain.command import reporting
 from viscotrain.config import (
+    DesignMapConfig,
     Study,
+    TrainsConfig,
     check_geometries,
     geometry_name,
     load_study,
@@ -41,6 +43,7 @@ GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steep
 SAMPLED = 8  # geometries whose mesh is made to count unknowns; the cost of the others is the mean
 START_UP = 2.0  # CPU seconds of a job that imports everything
 FIGURE = 3.0  # CPU seconds of a figure
+FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 1500.
 TRAIN = {"a": 5.5e-4, "b": 7.5e-7}
@@ -186,11 +189,13 @@ def flow_seconds(
     return total
 
 
-def train_seconds(study: Study, volume_fraction: float) -> float:
-    """CPU seconds of all repeats of one train."""
+def train_seconds(
+    study: Study, volume_fraction: float, runs: TrainsConfig | DesignMapConfig
+) -> float:
+    """CPU seconds of all repeats of one train of a section of the config."""
     inside = study.channel.length / (study.mean_spacing(volume_fraction) * study.confinement)
-    injected = inside + study.trains.passages
-    return study.trains.repeats * injected * (TRAIN["a"] + TRAIN["b"] * inside)
+    injected = inside + runs.passages
+    return runs.repeats * injected * (TRAIN["a"] + TRAIN["b"] * inside)
 
 
 # --------------------------------------------------------------------------------------- report
@@ -221,11 +226,16 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     model = CostModel(measured)
     each = [flow_seconds(study, unknowns(study, *g), model, own) for g in sample_of(work)]
     mean = float(np.mean(each)) if each else 0.0
-    trains = [train_seconds(study, phi) for _, phi in work.trains_left]
-    figures = len(study.deborah.values) + 2 * len(work.trains) + 3
+    trains = [train_seconds(study, phi, study.trains) for _, phi in work.trains_left]
+    films = study.movie_conditions()
+    design_map = [train_seconds(study, phi, study.design_map) for _, phi in study.map_conditions()]
+    figures = len(study.deborah.values) + 2 * len(work.trains) + len(films) + 5
     jobs = len(work.geometries_left) + len(trains)
+    frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)
+    started = jobs + 2 * len(films) + len(design_map)
     # The flow that is drawn is solved once more, without being one of the table's jobs.
-    rest = START_UP * jobs + FIGURE * figures + mean if jobs else 0.0
+    rest = START_UP * started + FIGURE * figures + FRAME * frames + sum(design_map) + mean
+    rest = rest if jobs else 0.0
     return Cost(
         flows=len(work.geometries_left) * mean,
         trains=sum(trains),
@@ -269,7 +279,7 @@ def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) ->
         f"  left         {left} geometries, {points * left} points, {trains_left} trains",
         f"  simulations  {_duration(cost.flows)} CPU{each}",
         f"  trains       {_duration(cost.trains)} CPU",
-        f"  the rest     {_duration(cost.rest)} CPU: start of jobs, figures",
+        f"  the rest     {_duration(cost.rest)} CPU: start of jobs, design map, movies, figures",
         f"  expected     {cost.together / 3600:.2f} core-hours, "
         f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}",
     ]

@@ -1,7 +1,8 @@
 """What a run made: points solved, holes, accuracy, trains, where the figures are.
 
 From the command line:
-python scripts/summary.py --table TABLE --trains TRAINS... --timing CSV... --figures PNG... OUTPUT
+python scripts/summary.py --table TABLE --trains TRAINS... --timing CSV... \
+    --figures PNG... --movies FOLDER... --maps MAP OUTPUT
 """
 
 import argparse
@@ -11,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from viscotrain import table
+from viscotrain import design_map, table
 from viscotrain.command import reporting
 from viscotrain.trains import headline
 
@@ -21,6 +22,8 @@ def main(
     trains: Sequence[str],
     timing: Sequence[str],
     figures: Sequence[str],
+    movies: Sequence[str],
+    maps: Sequence[str],
     output: str,
 ):
     """Write the summary and print it."""
@@ -39,8 +42,16 @@ def main(
             f"  train           {path}",
             f"                  {headline(xr.load_dataset(path))}",
         ]
+    for path in maps:
+        lines += [
+            f"  design map      {path}",
+            f"                  {design_map.headline(xr.load_dataset(path))}",
+        ]
     if figures:
         lines.append(f"  figures         {len(figures)} in {Path(figures[0]).parent}/")
+    for folder in movies:
+        count = sum(path.suffix in (".mp4", ".gif") for path in Path(folder).iterdir())
+        lines.append(f"  movies          {count} in {folder}/")
     text = "\n".join(lines)
     Path(output).write_text(text + "\n", encoding="utf-8")
     print(text)
@@ -52,10 +63,12 @@ def _command_line():
     parser.add_argument("--trains", nargs="*", default=[], help="netCDF files of the trains")
     parser.add_argument("--timing", nargs="*", default=[], help="CSV files of the dns stage")
     parser.add_argument("--figures", nargs="*", default=[], help="PNG files")
+    parser.add_argument("--movies", nargs="*", default=[], help="folders of movies")
+    parser.add_argument("--maps", nargs="*", default=[], help="design map")
     parser.add_argument("output", help="text file to write")
     a = parser.parse_args()
     with reporting():
-        main(a.table, a.trains, a.timing, a.figures, a.output)
+        main(a.table, a.trains, a.timing, a.figures, a.movies, a.maps, a.output)
 
 
 if "snakemake" in globals():
@@ -65,6 +78,8 @@ if "snakemake" in globals():
             snakemake.input.trains,  # noqa: F821
             snakemake.input.timing,  # noqa: F821
             snakemake.input.figures,  # noqa: F821
+            snakemake.input.movies,  # noqa: F821
+            snakemake.input.design_map,  # noqa: F821
             snakemake.output[0],  # noqa: F821
         )
 elif __name__ == "__main__":

@@ -7,7 +7,9 @@ python scripts/trains.py --configfile config/config.yaml --deborah 5 --volume-fr
 
 import argparse
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from viscotrain import datasets, provenance, trains
 from viscotrain.command import reporting
@@ -16,9 +18,17 @@ from viscotrain.interpolation import VelocityTable
 
 
 def main(
-    study: Study, deborah: float, volume_fraction: float, table: str | Path, output: str | Path
+    study: Study,
+    settings: Mapping[str, Any],
+    deborah: float,
+    volume_fraction: float,
+    table: str | Path,
+    output: str | Path,
 ):
-    """Simulate all repeats and write them with their statistics."""
+    """Simulate all repeats and write them with their statistics.
+
+    The settings are `Study.trains_settings`, or `Study.map_settings` for the design map.
+    """
     started = time.process_time()
     velocities = VelocityTable.open(table)
     result = trains.run(
@@ -26,11 +36,11 @@ def main(
         confinement=study.confinement,
         volume_fraction=volume_fraction,
         centreline_velocity=velocities.centreline_velocity(deborah),
-        length=study.channel.length,
-        stations=study.trains.stations,
-        passages=study.trains.passages,
-        repeats=study.trains.repeats,
-        seed=study.trains.seed,
+        length=settings["length"],
+        stations=settings["stations"],
+        passages=settings["passages"],
+        repeats=settings["repeats"],
+        seed=settings["seed"],
         factors=[
             ("deborah", deborah, "1", "Deborah number, as the study defines it"),
             *study.scales(deborah).quantities(),
@@ -53,21 +63,21 @@ def _command_line():
     parser.add_argument("--volume-fraction", type=float, required=True)
     parser.add_argument("table", help="velocity table")
     parser.add_argument("output", help="netCDF file to write")
-    arguments = parser.parse_args()
+    parser.add_argument(
+        "--design-map", action="store_true", help="with the stations and repeats of design_map"
+    )
+    a = parser.parse_args()
     with reporting():
-        main(
-            with_fitted_fluid(load_study(arguments.configfile)),
-            arguments.deborah,
-            arguments.volume_fraction,
-            arguments.table,
-            arguments.output,
-        )
+        study = with_fitted_fluid(load_study(a.configfile))
+        settings = study.map_settings() if a.design_map else study.trains_settings()
+        main(study, settings, a.deborah, a.volume_fraction, a.table, a.output)
 
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
         main(
             with_fitted_fluid(parse_study(snakemake.config)),  # noqa: F821
+            snakemake.params.settings,  # noqa: F821
             float(snakemake.wildcards.deborah),  # noqa: F821
             float(snakemake.wildcards.volume_fraction),  # noqa: F821
             snakemake.input[0],  # noqa: F821

@@ -351,6 +351,55 @@ WRONG = {
         {"figures.field": {"sp": 1.1, "sf": 1.1, "deborah": 2}},
         "figures.field.deborah: found 2; allowed: one of deborah.values (0, 1, 5)",
     ),
+    # movies and design map
+    "view longer than the channel": (
+        {"movies": {"field_of_view": 801}},
+        "movies.field_of_view: found 801; allowed: at most channel.length, 800",
+    ),
+    "view of nothing": (
+        {"movies": {"field_of_view": 0}},
+        "movies.field_of_view: found 0; allowed: number > 0",
+    ),
+    "frame rate not positive": (
+        {"movies": {"frame_rate": -25}},
+        "movies.frame_rate: found -25; allowed: number in (0, 120]",
+    ),
+    "movie without time": (
+        {"movies": {"interval": 0.0}},
+        "movies.interval: found 0.0; allowed: number > 0",
+    ),
+    "movie of one frame": (
+        {"movies": {"frames": 1}},
+        "movies.frames: found 1; allowed: whole number >= 2",
+    ),
+    "odd width": (
+        {"movies": {"width": 641}},
+        "movies.width: found 641; allowed: whole number in [480, 3840], even",
+    ),
+    "movie of a train that there is not": (
+        {"movies": {"deborah": [1]}},
+        "movies.deborah[0]: found 1; allowed: one of trains.deborah (5)",
+    ),
+    "movie of a volume fraction that there is not": (
+        {"movies": {"volume_fraction": [0.004, 0.01]}},
+        "movies.volume_fraction[1]: found 0.01; allowed: one of trains.volume_fraction (0.004)",
+    ),
+    "map De not in table": (
+        {"design_map": {"deborah": [1, 2]}},
+        "design_map.deborah[1]: found 2; allowed: one of deborah.values (0, 1, 5)",
+    ),
+    "map of volume fractions unsorted": (
+        {"design_map": {"volume_fraction": [0.01, 0.004]}},
+        "design_map.volume_fraction[1]: found 0.004; allowed: more than the value before it, 0.01",
+    ),
+    "map below contact": (
+        {"design_map": {"volume_fraction": [0.004, 0.03]}},
+        "design_map.volume_fraction[1]: found 0.03; allowed: less than 0.02667 for d/D = 0.2",
+    ),
+    "map longer than the train": (
+        {"design_map": {"volume_fraction": [1e-6]}},
+        "channel.length: found 800; allowed: at least 1.6e+04, three mean spacings at volume",
+    ),
 }
 
 

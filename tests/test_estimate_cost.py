@@ -197,9 +197,23 @@ def test_a_further_core_shortens_the_run_but_not_its_longest_job(study, tmp_path
 
 
 def test_more_repeats_and_spheres_cost_more(study):
-    repeated = study.model_copy(update={"trains": study.trains.model_copy(update={"repeats": 6})})
-    assert train_seconds(repeated, 0.01) == pytest.approx(2 * train_seconds(study, 0.01))
-    assert train_seconds(study, 0.02) > train_seconds(study, 0.01)
+    repeated = study.trains.model_copy(update={"repeats": 2 * study.trains.repeats})
+    once = train_seconds(study, 0.01, study.trains)
+    assert train_seconds(study, 0.01, repeated) == pytest.approx(2 * once)
+    assert train_seconds(study, 0.02, study.trains) > once
+
+
+def test_design_map_and_movies_cost(study, tmp_path, measured):
+    def rest(**sections):
+        changed = study.model_copy(update=sections)
+        return cost_of(changed, work_of(changed, tmp_path), own_costs(tmp_path), measured).rest
+
+    without_map = study.design_map.model_copy(update={"deborah": ()})
+    without_movies = study.movies.model_copy(update={"deborah": ()})
+    assert rest(design_map=without_map) < rest()
+    assert rest(movies=without_movies) < rest()
+    longer = study.movies.model_copy(update={"frames": 10 * study.movies.frames})
+    assert rest(movies=longer) > rest()
 
 
 # ------------------------------------------------------------------------------------- command line

@@ -17,6 +17,7 @@ import xarray as xr
 import yaml
 
 from viscotrain import provenance
+from viscotrain.config import load_study
 from viscotrain.table import NOT_ATTEMPTED, NOT_CONVERGED
 
 ROOT = Path(__file__).parent.parent
@@ -33,6 +34,12 @@ SMALL = TINY | {
 AFTER_DNS = {
     "table": 1,
     "trains": 1,
+    "film": 1,
+    "movies": 1,
+    "stations": 1,
+    "design_point": 2,
+    "design_map": 1,
+    "map_figure": 2,
     "pair_velocity": 1,
     "relative_velocities": 1,
     "spacing_or_train": 2,
@@ -129,6 +136,11 @@ def test_every_shipped_config_has_a_plan(config, project):
     assert jobs == AFTER_DNS | {
         "dns": len(table["sp"]) * len(table["sf"]) + table["check"],
         "trains": number_of_trains,
+        "film": number_of_trains,
+        "movies": number_of_trains,
+        "stations": number_of_trains,
+        "design_point": len(load_study(ROOT / "config" / config).map_conditions()),
+        "schematic": 1,
         "relative_velocities": len(study["deborah"]["values"]),
         "spacing_or_train": 2 * number_of_trains,
         "field": 1,
@@ -216,6 +228,21 @@ def test_scripts_say_that_the_fluid_is_not_fitted_yet(project):
     assert "Traceback" not in done.stderr
 
 
+def test_the_paper_draws_the_conditions_of_the_experiments(project):
+    names = [f"spacing_De{De}_phi{phi}" for De in (31, 62) for phi in (0.006, 0.01)]
+    targets = [f"results/paper/figures/{name}.png" for name in names]
+    jobs, _ = project.plan(*targets, "--configfile", "config/paper.yaml")
+    assert (jobs["spacing_or_train"], jobs["trains"]) == (4, 4)
+
+
+def test_without_movies_and_map_there_are_none(project):
+    less = SMALL | {"movies": {"deborah": []}, "design_map": {"deborah": []}}
+    jobs, _ = project.plan("--configfile", project.configured(less))
+    assert not {"film", "movies", "stations", "design_point", "design_map", "map_figure"} & set(
+        jobs
+    )
+
+
 def test_without_a_config_file_the_demo_is_planned(project):
     assert project.plan() == project.plan("--configfile", "config/config.yaml")
 
@@ -256,18 +283,48 @@ def test_a_finished_study_has_nothing_to_do(finished):
 
 
 @pytest.mark.slow
+def test_the_summary_names_movies_and_design_map(finished):
+    words = (finished.folder / "results" / "small" / "summary.txt").read_text(encoding="utf-8")
+    assert "movies          4 in results/small/movies/De1_phi0.01/" in words
+    assert "design map      results/small/design_map/design_map.nc" in words
+    movies = sorted((finished.folder / "results/small/movies/De1_phi0.01").glob("*.mp4"))
+    assert [path.stem for path in movies] == [
+        "moving_frame",
+        "station_0",
+        "station_10",
+        "station_20",
+    ]
+
+
+@pytest.mark.slow
+def test_another_frame_rate_repeats_no_simulation(finished):
+    faster = SMALL | {"movies": SMALL["movies"] | {"frame_rate": 30}}
+    jobs, _ = finished.plan("--configfile", finished.configured(faster))
+    assert jobs == {"movies": 1, "summary": 1, "all": 1}
+
+
+@pytest.mark.slow
 def test_a_distance_more_runs_only_the_new_geometries_and_what_follows(finished):
     larger = SMALL | {"table": SMALL["table"] | {"sp": [1.5, 2.5, float("inf")]}}
     jobs, geometries = finished.plan("--configfile", finished.configured(larger))
     assert geometries == {("2.5", "1.5"), ("2.5", "inf")}
-    assert jobs == AFTER_DNS | {"dns": 2}
+    assert jobs == AFTER_DNS | {"dns": 2, "schematic": 1}
 
 
 @pytest.mark.slow
 def test_other_trains_simulate_no_flow(finished):
     more = SMALL | {"trains": SMALL["trains"] | {"volume_fraction": [0.005, 0.01]}}
     jobs, _ = finished.plan("--configfile", finished.configured(more))
-    assert jobs == {"trains": 1, "spacing_or_train": 2, "summary": 1, "all": 1}
+    assert jobs == {
+        "trains": 1,
+        "film": 1,
+        "movies": 1,
+        "stations": 1,
+        "schematic": 1,
+        "spacing_or_train": 2,
+        "summary": 1,
+        "all": 1,
+    }
 
 
 @pytest.mark.slow

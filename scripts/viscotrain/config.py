@@ -28,6 +28,7 @@ from pydantic import (
 )
 
 from viscotrain.config_problems import (
+    FEWEST_TRAIN_SPHERES,
     INFINITY,
     Readable,
     disagreements,
@@ -39,6 +40,9 @@ from viscotrain.config_problems import (
 from viscotrain.errors import ConfigError, FluidError
 from viscotrain.fluid import DimensionlessFluid, Scales, mean_spacing
 
+FIELD_OF_VIEW = 10.0  # of a movie's camera, in D
+MAP_VOLUME_FRACTIONS = (0.002, 0.004, 0.006, 0.01)  # of the design map
+CLOSEST_MAP_SPACING = 2.0  # mean spacing in d, below which injection leaves little to order
 LARGEST_DRAWN_DEBORAH = 5.0  # above, stress strands are too thin to be seen in a figure
 
 # --------------------------------------------------------------------------------------- models
@@ -426,6 +430,76 @@ class FiguresConfig(_Section):
     )
 
 
+class MoviesConfig(_Section):
+    """Movies of the trains, as cameras at `trains.stations` and one that moves along see them."""
+
+    deborah: ListOf[DeborahNumber] | None = _key(
+        "Deborah numbers of the movies; null = trains.deborah; [] = no movies",
+        symbol="De",
+        unit="1",
+        rule="each one of trains.deborah, none twice",
+        default=None,
+    )
+    volume_fraction: ListOf[VolumeFraction] | None = _key(
+        "volume fractions of the movies; null = trains.volume_fraction",
+        symbol="phi",
+        unit="1",
+        rule="each one of trains.volume_fraction, none twice",
+        default=None,
+    )
+    field_of_view: float | None = _key(
+        "length of the channel that a camera sees, at most channel.length; "
+        "null = 10, or the whole of a shorter channel",
+        unit="D",
+        default=None,
+        gt=0,
+    )
+    interval: float = _key(
+        "time of the flow between two frames of a camera at a station; spheres move by about "
+        "1.7 D in a unit of it",
+        unit="D/Ubar",
+        default=0.05,
+        gt=0,
+    )
+    frames: int = _key("frames of a movie", default=200, ge=2)
+    frame_rate: float = _key(
+        "frames per second at which movies are played", unit="1/s", default=25.0, gt=0, le=120
+    )
+    width: int = _key(
+        "width of a movie in pixels", default=1280, ge=480, le=3840, multiple_of=2, rule="even"
+    )
+
+
+class DesignMapConfig(_Section):
+    """Trains over a range of conditions: spacing law and design map."""
+
+    deborah: ListOf[DeborahNumber] | None = _key(
+        "Deborah numbers of the map; null = deborah.values but 0; [] = no map",
+        symbol="De",
+        unit="1",
+        rule="each one of deborah.values, ascending",
+        default=None,
+    )
+    volume_fraction: ListOf[VolumeFraction] | None = _key(
+        "volume fractions of the map; null = 0.002, 0.004, 0.006 and 0.01, as far as their mean "
+        "spacing is at least 2 d and the channel holds a train",
+        symbol="phi",
+        unit="1",
+        rule="ascending",
+        default=None,
+    )
+    stations: int = _key(
+        "positions at which spacings are recorded, evenly from inlet to outlet", default=41, ge=2
+    )
+    repeats: int = _key("independent trains per condition", default=4, ge=1)
+    passages: int = _key("spheres recorded per repeat", default=500, ge=2)
+    ordered_variation: float = _key(
+        "coefficient of variation of the spacing below which a train counts as ordered",
+        default=0.25,
+        gt=0,
+    )
+
+
 class Study(_Section):
     """A whole config, valid in itself; `load_study` and `parse_study` make one."""
 
@@ -443,6 +517,8 @@ class Study(_Section):
     dns: DnsConfig = DnsConfig()
     trains: TrainsConfig
     figures: FiguresConfig = FiguresConfig()
+    movies: MoviesConfig = MoviesConfig()
+    design_map: DesignMapConfig = DesignMapConfig()
     verification: VerificationConfig = VerificationConfig()
 
     @model_validator(mode="after")
@@ -531,6 +607,55 @@ class Study(_Section):
         """What one train depends on, given the table, as plain data."""
         used = {"stations", "repeats", "seed", "passages"}
         return self.trains.model_dump(include=used) | {"length": self.channel.length}
+
+    def schematic_settings(self) -> dict[str, Any]:
+        """What the schematic depends on, as plain data."""
+        used = {"channel": True, "particle": True, "table": {"sp", "sf"}, "dns": {"margin"}}
+        settings = self.model_dump(mode="json", include=used)
+        return settings | {"volume_fraction": self.trains.volume_fraction[0]}
+
+    def movie_conditions(self) -> tuple[tuple[float, float], ...]:
+        """(De, volume fraction) of the trains that are filmed."""
+        deborah, phi = self.movies.deborah, self.movies.volume_fraction
+        return tuple(
+            itertools.product(
+                self.trains.deborah if deborah is None else deborah,
+                self.trains.volume_fraction if phi is None else phi,
+            )
+        )
+
+    def movie_field_of_view(self) -> float:
+        """Length of a camera's window in D: as configured, else chosen."""
+        chosen = min(FIELD_OF_VIEW, self.channel.length)
+        return chosen if self.movies.field_of_view is None else self.movies.field_of_view
+
+    def film_settings(self) -> dict[str, Any]:
+        """What the positions in the movies depend on, given table and train, as plain data."""
+        used = {"interval", "frames"}
+        return self.movies.model_dump(include=used) | {"field_of_view": self.movie_field_of_view()}
+
+    def map_conditions(self) -> tuple[tuple[float, float], ...]:
+        """(De, volume fraction) of the design map, the volume fraction running fastest."""
+        deborah, phi = self.design_map.deborah, self.design_map.volume_fraction
+        if deborah is None:
+            deborah = [De for De in self.deborah.values if De > 0] or self.deborah.values
+        if phi is None:
+            phi = [phi for phi in MAP_VOLUME_FRACTIONS if self._suits_map(phi)]
+        return tuple(itertools.product(deborah, phi or sorted(self.trains.volume_fraction)))
+
+    def _suits_map(self, volume_fraction: float) -> bool:
+        spacing = self.mean_spacing(volume_fraction)
+        fits = self.channel.length >= FEWEST_TRAIN_SPHERES * spacing * self.confinement
+        return fits and spacing >= CLOSEST_MAP_SPACING
+
+    def map_settings(self) -> dict[str, Any]:
+        """What one train of the design map depends on, given the table, as plain data."""
+        length, intervals = self.channel.length, self.design_map.stations - 1
+        return self.design_map.model_dump(include={"repeats", "passages"}) | {
+            "stations": [length * n / intervals for n in range(intervals + 1)],
+            "seed": self.trains.seed,
+            "length": length,
+        }
 
     def field_point(self) -> FieldConfig:
         """The point of the table whose field is drawn: as configured, else chosen."""

@@ -66,8 +66,13 @@ class Readable:
         return [None if (*path, index) in self._wrong else item for index, item in items]
 
     def indexed(self, key: str) -> list[tuple[tuple, Any]]:
-        """Location and value of the items of a list that are right, or of a single value."""
+        """Location and value of the items of a list that are right, or of a single value.
+
+        None of a key that is left to the default, null.
+        """
         path = tuple(key.split("."))
+        if self.value(key) is None:
+            return []
         if not isinstance(self.value(key), Sequence):
             return [(path, self.value(key))]
         return [((*path, i), item) for i, item in enumerate(self.items(key)) if item is not None]
@@ -173,11 +178,18 @@ def _sphere_fits_tube(config: Readable) -> Iterator[Problem]:
         yield _conflict(("particle", "diameter"), d, f"less than channel.diameter, {_show(D)}")
 
 
+def _volume_fractions(config: Readable) -> Iterator[tuple[tuple, float]]:
+    """Location and value of all that are simulated."""
+    for key in ("trains.volume_fraction", "design_map.volume_fraction"):
+        with contextlib.suppress(_Unreadable):
+            yield from config.indexed(key)
+
+
 def _spheres_without_contact(config: Readable) -> Iterator[Problem]:
     beta = config.value("particle.diameter") / config.value("channel.diameter")
     if beta >= 1:
         return
-    for location, phi in config.indexed("trains.volume_fraction"):
+    for location, phi in _volume_fractions(config):
         spacing = mean_spacing(beta, phi)
         if spacing <= 1:
             limit = mean_spacing(beta, 1)
@@ -192,7 +204,7 @@ def _spheres_without_contact(config: Readable) -> Iterator[Problem]:
 def _channel_holds_train(config: Readable) -> Iterator[Problem]:
     length = config.value("channel.length")
     beta = config.value("particle.diameter") / config.value("channel.diameter")
-    fractions = [phi for _, phi in config.indexed("trains.volume_fraction")]
+    fractions = [phi for _, phi in _volume_fractions(config)]
     if beta >= 1 or not fractions:
         return
     phi = min(fractions)
@@ -207,6 +219,13 @@ def _stations_in_channel(config: Readable) -> Iterator[Problem]:
     for location, station in config.indexed("trains.stations"):
         if station > length:
             yield _conflict(location, station, f"at most channel.length, {_show(length)}")
+
+
+def _view_in_channel(config: Readable) -> Iterator[Problem]:
+    length, key = config.value("channel.length"), "movies.field_of_view"
+    for location, view in config.indexed(key):
+        if view > length:
+            yield _conflict(location, view, f"at most channel.length, {_show(length)}")
 
 
 _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
@@ -229,6 +248,14 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _member("figures.field.sp", of="table.sp"),
     _member("figures.field.sf", of="table.sf"),
     _member("figures.field.deborah", of="deborah.values"),
+    _member("movies.deborah", of="trains.deborah"),
+    _unrepeated("movies.deborah"),
+    _member("movies.volume_fraction", of="trains.volume_fraction"),
+    _unrepeated("movies.volume_fraction"),
+    _view_in_channel,
+    _member("design_map.deborah", of="deborah.values"),
+    _ascending("design_map.deborah"),
+    _ascending("design_map.volume_fraction"),
     _member("verification.closure.deborah", of="deborah.values"),
     _unrepeated("verification.closure.deborah"),
     _ascending("verification.closure.gaps"),

@@ -103,12 +103,15 @@ def draw(name: str, dataset: xr.Dataset, confinement: float) -> Drawing:
 
     Args:
         name: File name of the figure, without extension.
-        dataset: The velocity table, the field or the trains, whichever the figure shows.
+        dataset: The velocity table, the field, the trains, the film or the design map, whichever
+            the figure shows.
         confinement: d/D.
 
     Raises:
         FigureError: There is no such figure.
     """
+    from viscotrain import design_figures  # not above: it has its style from here
+
     number = r"([0-9.e+-]+)"
     if found := re.fullmatch(f"relative_velocities_De{number}", name):
         return relative_velocities(dataset, float(found[1]), confinement)
@@ -120,9 +123,15 @@ def draw(name: str, dataset: xr.Dataset, confinement: float) -> Drawing:
         return spacing(dataset)
     if re.fullmatch(f"train_De{number}_phi{number}", name):
         return train(dataset)
+    if re.fullmatch(f"stations_De{number}_phi{number}", name):
+        return design_figures.stations(dataset)
+    if name == "spacing_law":
+        return design_figures.spacing_law(dataset)
+    if name == "design_map":
+        return design_figures.draw_design_map(dataset)
     raise FigureError(
         f"figure is {name!r}; allowed: relative_velocities_De*, pair_velocity, stress_field, "
-        "spacing_De*_phi*, train_De*_phi*"
+        "spacing_De*_phi*, train_De*_phi*, stations_De*_phi*, spacing_law, design_map"
     )
 
 

@@ -30,6 +30,8 @@ TRANSIENT = (*PHYSICS, "moving_mesh", "trajectories", "transient")
 FLUID_FIT = ("fluid", "fluid_data", "fluid_fit", "pipe", "rheology")  # ... the fitted fluid
 TABLE = ("interpolation", "table")  # ... the table, given those
 TRAINS = ("interpolation", "trains")  # ... the trains, given the table
+MOVIES = ("movies",)  # ... movies, given trains
+DESIGN_MAP = ("design_map", "fluid", "pipe")  # ... the map, given its trains
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")
 
 

@@ -305,8 +305,8 @@ class _Train:
 
     @property
     def complete(self) -> bool:
-        """Whether every recorded sphere has passed every station."""
-        return self._missing == 0
+        """Whether every recorded sphere has passed every station, and all snapshots are taken."""
+        return self._missing == 0 and len(self.record.snapshots) == len(self.record.snapshot_time)
 
     def advance(self, longest: float, outlet: float) -> bool:
         """Move on by a step, at most until the leading sphere leaves; whether it left."""
@@ -391,6 +391,7 @@ def simulate(
     passages: int,
     rng: np.random.Generator,
     tolerance: float = TOLERANCE,
+    snapshot_times: Sequence[float] | None = None,
 ) -> Record:
     """Simulate one train until `passages` spheres of the steady state have passed every station.
 
@@ -404,6 +405,8 @@ def simulate(
         passages: Spheres to record.
         rng: Source of the initial distances and the injection intervals, in this order.
         tolerance: Of the distances of Euler's method in one time step, in d.
+        snapshot_times: When to take all positions, in D/Ubar after the beginning of the recording,
+            ascending; by default `SNAPSHOTS` times, evenly over it. They do not change the train.
 
     Raises:
         TrainError: The train does not fit the channel, stations are not as above, or spheres
@@ -425,12 +428,14 @@ def simulate(
             f"channel is {length:g} D long; allowed: more than {train.z[-1]:.3g} D, which three "
             f"spheres take at volume fraction {volume_fraction:g}"
         )
+    if snapshot_times is None:
+        snapshot_times = np.arange(SNAPSHOTS) * (passages * law.mean) / SNAPSHOTS
     injection = law.draw(rng)
     while not train.complete:
         if train.time < injection:
             left = train.advance(injection - train.time, length)
             if left and train.first_recorded is None:
-                _begin_recording(train, passages * law.mean)
+                _begin_recording(train, snapshot_times)
         if train.time < injection:
             continue
         wait = _time_until_room(channel, train)
@@ -449,11 +454,9 @@ def _initial_positions(law: InjectionLaw, velocities: Velocities, rng) -> NDArra
     return velocities.isolated * np.concatenate([[0.0], np.cumsum(intervals)])
 
 
-def _begin_recording(train: _Train, expected_duration: float):
+def _begin_recording(train: _Train, snapshot_times: Iterable[float]):
     train.first_recorded = len(train.record.entry_time)
-    train.record.snapshot_time = [
-        train.time + n * expected_duration / SNAPSHOTS for n in range(SNAPSHOTS)
-    ]
+    train.record.snapshot_time = [train.time + float(after) for after in snapshot_times]
 
 
 def _time_until_room(channel: Channel, train: _Train) -> float:

@@ -1,6 +1,7 @@
 """Figures, each as PNG and PDF with its data beside it."""
 
 FIGURES = [
+    "schematic",
     "rheology",
     "pair_velocity",
     "stress_field",
@@ -11,7 +12,24 @@ FIGURES = [
         for De in STUDY.trains.deborah
         for phi in STUDY.trains.volume_fraction
     ],
+    *[f"stations_{train}" for train in MOVIES],
+    *(["spacing_law", "design_map"] if MAP else []),
 ]
+
+
+rule schematic:
+    output:
+        multiext(f"{RESULTS}/figures/schematic", ".png", ".pdf", ".nc"),
+    log:
+        f"{RESULTS}/logs/figures/schematic.log",
+    conda:
+        "../../envs/viscotrain.yaml"
+    params:
+        settings=STUDY.schematic_settings(),
+    message:
+        "Figure: schematic of the triplet and of the train"
+    script:
+        "../../scripts/schematic.py"
 
 
 rule relative_velocities:
@@ -90,5 +108,44 @@ rule spacing_or_train:
         "../../envs/viscotrain.yaml"
     message:
         "Figure: {wildcards.kind}, De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+    script:
+        "../../scripts/figures.py"
+
+
+rule stations:
+    input:
+        f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}.nc",
+        **FITTED_FLUID,
+    output:
+        multiext(
+            f"{RESULTS}/figures/stations_De{{deborah}}_phi{{volume_fraction}}",
+            ".png",
+            ".pdf",
+            ".nc",
+        ),
+    log:
+        f"{RESULTS}/logs/figures/stations_De{{deborah}}_phi{{volume_fraction}}.log",
+    conda:
+        "../../envs/viscotrain.yaml"
+    message:
+        "Figure: all stations, De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+    script:
+        "../../scripts/figures.py"
+
+
+rule map_figure:
+    input:
+        f"{RESULTS}/design_map/design_map.nc",
+        **FITTED_FLUID,
+    output:
+        multiext(f"{RESULTS}/figures/{{name}}", ".png", ".pdf", ".csv"),
+    log:
+        f"{RESULTS}/logs/figures/{{name}}.log",
+    wildcard_constraints:
+        name="spacing_law|design_map",
+    conda:
+        "../../envs/viscotrain.yaml"
+    message:
+        "Figure: {wildcards.name}"
     script:
         "../../scripts/figures.py"

@@ -5,6 +5,8 @@ rule summary:
     input:
         table=f"{RESULTS}/table/velocity_table.nc",
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
+        movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
+        design_map=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
         figures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES),
         timing=[f"{RESULTS}/{name.format(kind='timing/')}.csv" for name in SIMULATIONS],
     output:

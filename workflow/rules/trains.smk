@@ -7,6 +7,11 @@ TRAINS = [
 ]
 
 
+wildcard_constraints:
+    deborah=r"[0-9.e+-]+",
+    volume_fraction=r"[0-9.e+-]+",
+
+
 rule trains:
     input:
         f"{RESULTS}/table/velocity_table.nc",
