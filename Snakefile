@@ -14,6 +14,7 @@ from viscotrain.config import (
     geometry_name,
     number_name,
     parse_study,
+    point_name,
     read_yaml,
     train_name,
 )
@@ -50,11 +51,13 @@ rule all:
 
 include: "workflow/rules/fluid_fit.smk"
 include: "workflow/rules/dns.smk"
+include: "workflow/rules/transient.smk"
 include: "workflow/rules/table.smk"
 include: "workflow/rules/trains.smk"
 include: "workflow/rules/rheology.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
+include: "workflow/rules/verification.smk"
 
 
 onsuccess:

@@ -122,7 +122,7 @@ def geometry_costs(study: Study, sp: float, sf: float, watch: Stopwatch) -> Iter
     before = math.nan
     with watch.watching():
         watch.solved_unknowns.clear()
-        for _, solution in simulation.solutions(study, sp, sf):
+        for _, solution in simulation.solutions(study, simulation.triplet(study, sp, sf)):
             yield {
                 "sp": sp,
                 "sf": sf,

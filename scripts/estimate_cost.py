@@ -98,7 +98,7 @@ def _made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
 
 def unknowns(study: Study, sp: float, sf: float) -> list[int]:
     """Unknowns of one geometry at every Deborah number of the study, in the order solved there."""
-    flow = simulation.make_flow(study, sp, sf)
+    flow = simulation.make_flow(study, simulation.triplet(study, sp, sf))
 
     @functools.cache
     def count(fluid, order) -> int:

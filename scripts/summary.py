@@ -31,7 +31,7 @@ def main(
         str(velocities.attrs["title"]),
         f"  points solved   {points - missing} of {points}, {missing} holes",
         f"  interpolation   {table.largest_check_error(velocities)}",
-        f"  simulation      {cpu:.0f} CPU s for {len(timing)} geometries",
+        f"  simulation      {cpu:.0f} CPU s in {len(timing)} jobs",
         f"  table           {velocity_table}",
     ]
     for path in trains:

@@ -19,6 +19,8 @@ def main(study: Study, results: Sequence[str | Path], output: str | Path):
     on_grid, between = [], []
     for path in results:
         result = xr.load_dataset(path)
+        if "time" in result.dims:
+            result = table.after_start_up(result)
         geometry = float(result["sp"]), float(result["sf"])
         (on_grid if geometry in study.geometries else between).append(result)
     velocities = table.combine(

@@ -21,7 +21,7 @@ from ngsolve import SetNumThreads
 
 from viscotrain.config import Study, load_study
 from viscotrain.provenance import PHYSICS, digest
-from viscotrain.simulation import solutions
+from viscotrain.simulation import solutions, triplet
 
 ROOT = Path(__file__).parents[1]
 GEOMETRIES = [(1.1, 1.1), (1.5, 2.5), (4.5, 1.5)]
@@ -61,7 +61,7 @@ def variants(study: Study) -> dict[str, Study]:
 
 def relative_velocities(study: Study, sp: float, sf: float, settings: str, mode: str):
     """One row per Deborah number of a geometry, as it comes."""
-    for De, solution in solutions(study, sp, sf):
+    for De, solution in solutions(study, triplet(study, sp, sf)):
         U = np.array(list(solution.velocities.values()) if solution.solved else [np.nan] * 3)
         yield {
             "study": mode,

@@ -17,7 +17,7 @@ from viscotrain.flow import Flow, copy
 from viscotrain.fluid import NEWTONIAN, DimensionlessFluid, Mode
 from viscotrain.meshes import Geometry, MeshOptions, make_mesh
 from viscotrain.pipe import pipe_flow
-from viscotrain.simulation import make_flow, solutions, solver_options
+from viscotrain.simulation import make_flow, solutions, solver_options, triplet
 
 ROOT = Path(__file__).parents[1]
 REFERENCE = ROOT / "tests" / "reference"
@@ -34,7 +34,8 @@ def study(confinement=0.2, deborah=(0.0,), **dns_settings):
 
 def velocities(sp, sf, **options) -> np.ndarray:
     """U (deborah, sphere) with default settings."""
-    found = [solution for _, solution in solutions(study(**options), sp, sf)]
+    config = study(**options)
+    found = [solution for _, solution in solutions(config, triplet(config, sp, sf))]
     assert all(solution.solved for solution in found)
     return np.array([list(solution.velocities.values()) for solution in found])
 
@@ -147,7 +148,7 @@ def test_oldroyd_b_drag_on_a_sphere_in_a_two_to_one_tube():
 
 
 def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
-    flow = make_flow(study(deborah=(0.0, 0.5)), math.inf, 1.5)
+    flow = make_flow(DEMO, triplet(DEMO, math.inf, 1.5))
     (solution,) = dns.solve(flow, [0.5], solver_options(DEMO))
     assert solution.solved
     raised = flow.variant(hyaluronic_acid, 4)
@@ -161,7 +162,7 @@ def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
 
 
 def test_newtonian_fluid_without_modes_needs_no_conformation():
-    flow = make_flow(study(), math.inf, math.inf).variant(NEWTONIAN, 3)
+    flow = make_flow(DEMO, triplet(DEMO, math.inf, math.inf)).variant(NEWTONIAN, 3)
     assert flow.fields().psi == []
 
 
@@ -173,13 +174,14 @@ def test_steps_that_fail_are_halved():
     coarse = {"velocity_order": 2, "wall_size": 0.25}
     few = study(deborah=(2.0,), max_iterations=5, deborah_step=50.0, **coarse)
     many = study(deborah=(0.5, 1.0, 2.0), **coarse)
-    *_, (_, hard) = solutions(few, math.inf, math.inf)
-    *_, (_, easy) = solutions(many, math.inf, math.inf)
+    *_, (_, hard) = solutions(few, triplet(few, math.inf, math.inf))
+    *_, (_, easy) = solutions(many, triplet(many, math.inf, math.inf))
     assert hard.solved
     assert hard.velocities["middle"] == pytest.approx(easy.velocities["middle"], abs=1e-7)
 
 
 def test_a_point_that_does_not_converge_ends_the_path_with_a_reason():
-    found = list(solutions(study(deborah=(0.0, 1.0, 2.0), max_iterations=1), 1.5, 1.5))
+    hopeless = study(deborah=(0.0, 1.0, 2.0), max_iterations=1)
+    found = list(solutions(hopeless, triplet(hopeless, 1.5, 1.5)))
     assert [solution.solved for _, solution in found] == [False]
     assert "after 1 iterations" in found[-1][1].convergence.reason

@@ -26,7 +26,7 @@ from estimate_cost import (
 
 from viscotrain import provenance
 from viscotrain.config import Study, geometry_name, load_study, train_name
-from viscotrain.simulation import solutions
+from viscotrain.simulation import solutions, triplet
 
 ROOT = Path(__file__).parent.parent
 STEP = math.log(3)  # of the continuation, in log(1 + De/De_0)
@@ -167,7 +167,7 @@ def test_points_that_were_not_solved_are_left_out(measured):
 
 
 def test_unknowns_are_those_of_the_solver(study):
-    flows = [solution.flow for _, solution in solutions(study, math.inf, math.inf)]
+    flows = [solution.flow for _, solution in solutions(study, triplet(study, math.inf, math.inf))]
     assert orders(study) == [flow.velocity_order for flow in flows]
     assert unknowns(study, math.inf, math.inf) == [flow.space.ndof for flow in flows]
 

@@ -78,3 +78,14 @@ def test_periodic_ends_have_the_same_points():
     ]
     assert ends[0] == pytest.approx(ends[1])
     assert all(later > earlier for earlier, later in itertools.pairwise(ends[0]))
+
+
+def test_train_of_any_length_and_moved():
+    train = Geometry.train(0.2, [1.5, 2.0, 3.0], margin=1.0)
+    assert train.spheres == ("sphere1", "sphere2", "sphere3", "sphere4")
+    assert train.reference == "sphere2"
+    assert train.positions == pytest.approx([1.0, 1.3, 1.7, 2.3])
+    assert train.length == pytest.approx(3.3)
+    moved = train.moved([7.0, 7.5, 8.0, 9.0])
+    assert moved.positions == pytest.approx([1.0, 1.5, 2.0, 3.0])
+    assert (moved.spheres, moved.reference, moved.length) == (train.spheres, "sphere2", 4.0)

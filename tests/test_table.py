@@ -13,7 +13,14 @@ from synthetic import DEMO_NODES, dns_result, superposed, triplet
 from viscotrain import datasets
 from viscotrain.errors import TableError
 from viscotrain.interpolation import VelocityTable
-from viscotrain.table import check_errors, combine, holes, pair_velocity, summary
+from viscotrain.table import (
+    after_start_up,
+    check_errors,
+    combine,
+    holes,
+    pair_velocity,
+    summary,
+)
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 INF = np.inf
@@ -92,7 +99,7 @@ def test_without_the_single_sphere_pairs_are_incomplete():
 def test_a_solution_that_is_not_finite_is_a_hole():
     parts = results()
     parts[3]["velocity"][1, 0] = np.nan
-    with pytest.raises(TableError, match="1 of 24 points"):
+    with pytest.raises(TableError, match=r"1 of 24 points"):
         combined(parts)
 
 
@@ -220,3 +227,79 @@ def test_script_ends_with_a_message_without_a_traceback(config, tmp_path):
     assert done.stderr.startswith("error: 2 of 50 points have no solution; allowed: 0")
     assert "Traceback" not in done.stderr
     assert not output.exists()
+
+
+# ---------------------------------------------------------------------------- transient results
+
+
+def trajectory(sp, sf, De, failed=False):
+    """A transient simulation as its stage writes it; gaps have moved meanwhile."""
+    present = [s + 0.03 * np.sin(3 * s) if np.isfinite(s) else s for s in (sp, sf)]
+    there = np.isfinite([sp, 0.0, sf])
+    distances = [s for s in present if np.isfinite(s)]
+    end = superposed(*present, scale=1 + De)[there]
+    return xr.Dataset(
+        {
+            "velocity": (("time", "sphere"), np.stack([np.zeros_like(end), end])),
+            "distance": (("time", "gap"), np.tile(distances, (2, 1)).reshape(2, -1)),
+            "pressure_gradient": ("time", [0.0, 32 / (1 + De)]),
+            "status": ((), 1 if failed else 0),
+            "reason": ((), "too small a step" if failed else ""),
+            "centreline_velocity": ((), 1.9),
+            "deborah": ((), De),
+            "deborah_longest_mode": ((), De),
+            "deborah_mean_relaxation_time": ((), De / 2),
+            "sp": ((), sp),
+            "sf": ((), sf),
+        },
+        coords={
+            "time": [0.0, 10.0],
+            "sphere": np.array(["trailing", "middle", "leading"])[there],
+        },
+    )
+
+
+def transient_results(**changes):
+    return [
+        after_start_up(trajectory(sp, sf, De, **changes))
+        for sp, sf, De in itertools.product(DEMO_NODES, DEMO_NODES, DEBORAH)
+    ]
+
+
+def test_transient_velocities_are_carried_to_the_nodes():
+    table = combine(transient_results(), sp=DEMO_NODES, sf=DEMO_NODES, deborah=DEBORAH)
+    moved = table["present_sp"].isel(sf=-1, deborah=1) - table["sp"]
+    assert float(abs(moved).isel(sp=slice(0, -1)).max()) > 0.02
+    for k, De in enumerate(DEBORAH):
+        exact = superposed(*np.meshgrid(DEMO_NODES, DEMO_NODES, indexing="ij"), scale=1 + De)
+        error = np.diff(table["velocity"].values[k], axis=-1) - np.diff(exact, axis=-1)
+        finite = np.abs(error[:-1, :-1])
+        assert finite.max() < 3e-5 * (1 + De)
+        uncarried = superposed(
+            *(table[name].values[k] for name in ("present_sp", "present_sf")), scale=1 + De
+        )
+        wrong = np.diff(uncarried, axis=-1) - np.diff(exact, axis=-1)
+        assert finite.max() < np.abs(wrong[:-1, :-1]).max() / 5
+
+
+def test_transient_results_between_the_nodes_are_compared_at_their_present_distances():
+    table = combine(transient_results(), sp=DEMO_NODES, sf=DEMO_NODES, deborah=DEBORAH)
+    between = [after_start_up(trajectory(1.3, 2.0, De)) for De in DEBORAH]
+    checked = check_errors(table, between)
+    velocities = VelocityTable(table).at(1.0)
+    present = (float(between[1][name][0]) for name in ("present_sp", "present_sf"))
+    expected = np.diff(velocities(*present)) - np.diff(between[1]["velocity"].values[0])
+    np.testing.assert_allclose(checked["check_error"].sel(deborah=1.0)[0], expected, atol=1e-15)
+
+
+def test_a_start_up_that_fails_is_a_hole():
+    bad = (1.1, 1.2, 1.0)
+    parts = {
+        point: after_start_up(trajectory(*point, failed=point == bad))
+        for point in itertools.product(SP, SF, DEBORAH)
+    }
+    assert np.isnan(parts[bad]["velocity"]).all()
+    with pytest.raises(TableError, match=r"1 of 24 points .*\n.*sp 1.1, sf 1.2: too small a step"):
+        combined(parts.values())
+    table = combined(parts.values(), max_holes=1)
+    assert list(holes(table)) == [(1.0, 1.1, 1.2)]

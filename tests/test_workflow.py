@@ -226,6 +226,31 @@ def test_fields_of_every_point_do_not_change_the_plan(project):
 
 
 @pytest.mark.slow
+def test_the_transient_method_has_one_job_per_geometry_and_deborah_number(project):
+    """All points of grid and check; De = 0 too, which ends at its start."""
+    study = TINY | {"dns": TINY["dns"] | {"method": "transient"}}
+    jobs, _ = project.plan("--configfile", project.configured(study))
+    assert jobs["transient"] == (2 * 2 + 1) * 2
+    assert "dns" not in jobs
+
+
+def test_verification_is_planned_on_request_only(project):
+    tiny = "config/tiny.yaml"
+    jobs, _ = project.plan("--configfile", tiny)
+    assert not {"start_up", "convergence", "closure_train", "closure_gap"} & set(jobs)
+    jobs, _ = project.plan("--configfile", tiny, "--", "verification")
+    expected = {"transient": 1, "start_up": 1, "closure_train": 1, "closure_gap": 2}
+    expected |= {"convergence": 4, "verification_report": 1}
+    assert expected.items() <= jobs.items()
+    assert "trains" not in jobs
+
+
+def test_time_steps_do_not_repeat_the_quasi_steady_simulations(finished):
+    study = SMALL | {"dns": SMALL["dns"] | {"transient": {"duration": 3}}}
+    jobs, _ = finished.plan("--configfile", finished.configured(study))
+    assert "dns" not in jobs
+
+
 def test_a_finished_study_has_nothing_to_do(finished):
     assert finished.plan("--configfile", "study.yaml") == ({}, set())
 

@@ -71,6 +71,8 @@ Distance = Annotated[
     float,
     Field(gt=1, allow_inf_nan=True, json_schema_extra={"allowed": "number > 1 or .inf"}),
 ]
+FiniteDistance = Annotated[float, Field(gt=1)]
+Gap = Annotated[float, Field(gt=0)]
 VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
 Station = Annotated[float, Field(ge=0)]
 
@@ -237,9 +239,45 @@ class HighDeborahConfig(_Section):
     )
 
 
+class TransientConfig(_Section):
+    """Start-up from fluid at rest, with spheres that move."""
+
+    duration: float = _key(
+        "time after which the start-up is over", unit="lambda_1", default=10.0, gt=0
+    )
+    first_step: float = _key("first time step", unit="lambda_1", default=1e-3, gt=0, le=1)
+    common_tolerance: float = _key(
+        "error of one time step in the velocity that all spheres share",
+        unit="Ubar",
+        default=2e-4,
+        gt=0,
+    )
+    relative_tolerance: float = _key(
+        "error of one time step in relative velocities", unit="Ubar", default=2e-5, gt=0
+    )
+    distance_tolerance: float = _key(
+        "error of one time step in the distances of neighbours", unit="d", default=1e-5, gt=0
+    )
+    max_stretch: float = _key(
+        "factor by which a gap may change, either way, before it is meshed anew",
+        unit="1",
+        default=1.5,
+        gt=1,
+    )
+    max_iterations: int = _key(
+        "iterations of one time step before a shorter one is tried", default=12, ge=1
+    )
+
+
 class DnsConfig(_Section):
     """Resolution and solution of the flow around one triplet."""
 
+    method: Literal["quasi_steady", "transient"] = _key(
+        "quasi_steady: velocities at distances that are held, all De in one job; transient: those "
+        "after the start-up from rest, one job per De, as the original study did",
+        default="quasi_steady",
+    )
+    transient: TransientConfig = TransientConfig()
     velocity_order: int = _key(
         "polynomial order of the velocity; pressure and conformation are one order below. "
         "De = 0 is solved in order 6",
@@ -311,6 +349,65 @@ class TrainsConfig(_Section):
     )
 
 
+class GeometryConfig(_Section):
+    """A triplet."""
+
+    sp: Distance = _key("distance to the trailing sphere", symbol="sp", unit="d")
+    sf: Distance = _key("distance to the leading sphere", symbol="sf", unit="d")
+
+
+class PointConfig(GeometryConfig):
+    """A triplet, with these distances at first, at one Deborah number."""
+
+    deborah: Annotated[float, Field(gt=0)] = _key("Deborah number", symbol="De", unit="1")
+
+
+class ClosureConfig(_Section):
+    """A short train simulated directly, against the train model fed by the table."""
+
+    distances: ListOf[FiniteDistance] = _key(
+        "initial distances of successive spheres, trailing first; one less than spheres",
+        symbol="s",
+        unit="d",
+        default=(1.5, 2.2, 1.3, 3.0, 1.8),
+        min_length=3,
+    )
+    deborah: ListOf[DeborahNumber] = _key(
+        "Deborah numbers of these trains",
+        symbol="De",
+        unit="1",
+        default=(),
+        rule="each one of deborah.values, none twice",
+    )
+    duration: float = _key("time that is simulated", unit="D/Ubar", default=100.0, gt=0)
+    gaps: ListOf[Gap] = _key(
+        "gaps between equally spaced spheres at which the model is compared",
+        unit="d",
+        default=(0.3, 0.5, 1.0, 2.0, 4.0),
+        rule="ascending",
+    )
+
+
+class ConvergenceConfig(_Section):
+    """Studies of mesh, order, box length and time step."""
+
+    geometries: ListOf[GeometryConfig] = _key(
+        "triplets whose relative velocities are computed with other settings, at all De",
+        default=(),
+    )
+
+
+class VerificationConfig(_Section):
+    """What `snakemake verification` computes on top of the study."""
+
+    transient: ListOf[PointConfig] = _key(
+        "points at which the quasi-steady velocities are compared with those after a start-up",
+        default=(),
+    )
+    closure: ClosureConfig = ClosureConfig()
+    convergence: ConvergenceConfig = ConvergenceConfig()
+
+
 class FieldConfig(_Section):
     """The point of the table whose mesh and stress field are drawn."""
 
@@ -346,6 +443,7 @@ class Study(_Section):
     dns: DnsConfig = DnsConfig()
     trains: TrainsConfig
     figures: FiguresConfig = FiguresConfig()
+    verification: VerificationConfig = VerificationConfig()
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
@@ -409,7 +507,13 @@ class Study(_Section):
     def dns_settings(self) -> dict[str, Any]:
         """What the result of one geometry depends on, as plain data."""
         used = {"fluid": True, "channel": {"diameter"}, "particle": True}
-        return self.model_dump(mode="json", include=used | {"deborah": True, "dns": True})
+        included = used | {"deborah": True, "dns": True}
+        quasi_steady = {"dns": {"method", "transient"}}
+        return self.model_dump(mode="json", include=included, exclude=quasi_steady)
+
+    def transient_settings(self) -> dict[str, Any]:
+        """What the start-up of one geometry depends on, as plain data."""
+        return self.dns_settings() | {"transient": self.dns.transient.model_dump()}
 
     def rheology_settings(self) -> dict[str, Any]:
         """What the figure of the fluid depends on, as plain data."""
@@ -462,6 +566,11 @@ def number_name(value: float) -> str:
 def geometry_name(sp: float, sf: float) -> str:
     """File name of a geometry: sp1.1_sfinf."""
     return f"sp{number_name(sp)}_sf{number_name(sf)}"
+
+
+def point_name(sp: float, sf: float, deborah: float) -> str:
+    """File name of a geometry at one Deborah number: sp1.1_sfinf_De5."""
+    return f"{geometry_name(sp, sf)}_De{number_name(deborah)}"
 
 
 def train_name(deborah: float, volume_fraction: float) -> str:

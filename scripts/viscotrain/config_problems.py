@@ -159,6 +159,13 @@ def _deborah_needs_modes(config: Readable) -> Iterator[Problem]:
             yield _conflict(location, De, "0, because fluid.modes is empty: no relaxation time")
 
 
+def _start_up_needs_modes(config: Readable) -> Iterator[Problem]:
+    points = config.items("verification.transient")
+    if points and len(config.value("fluid.modes")) == 0:
+        location = ("verification", "transient")
+        yield _conflict(location, len(points), "none, because fluid.modes is empty: no start-up")
+
+
 def _sphere_fits_tube(config: Readable) -> Iterator[Problem]:
     d, D = config.value("particle.diameter"), config.value("channel.diameter")
     if d >= D:
@@ -221,6 +228,10 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _member("figures.field.sp", of="table.sp"),
     _member("figures.field.sf", of="table.sf"),
     _member("figures.field.deborah", of="deborah.values"),
+    _member("verification.closure.deborah", of="deborah.values"),
+    _unrepeated("verification.closure.deborah"),
+    _ascending("verification.closure.gaps"),
+    _start_up_needs_modes,
 )
 
 

@@ -6,12 +6,13 @@ at a fixed point of the mesh is dropped: the stress has settled at the present d
 De = 0. The flow is Newtonian and linear; solved in high order, it is exact to 1e-7 at little cost.
 
 Continuation. Deborah numbers are solved in ascending order. The guess of a step extrapolates up to
-`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved. From the De on
+`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved. Above the De
 where stress layers and strands become thin, the order is higher, on the same mesh.
 
-Scout. In fourth order and above, the same path is walked in second order, at a tenth of the cost.
-Its solutions, plus what the order changed at the Deborah number before, are the guesses. Where the
-scout fails, or its guess does, the steps are taken in the final order.
+Scouts. Up to that De an order is preceded by the order below on the same path, down to the second,
+at a small part of the cost. The solution of the lower order, plus what the higher one changed at
+the Deborah number before, is the guess of the higher one. Where a scout fails, or its guess does,
+the steps are taken in the order itself.
 """
 
 import math
@@ -27,9 +28,8 @@ from viscotrain.fluid import NEWTONIAN
 
 NEWTONIAN_ORDER = 6  # of the velocity, at least
 LOOSE = 1e3  # tolerance of the steps between the De asked for, in units of the final one
-SCOUT_ORDER = 2  # of the velocity
-SCOUT_PAYS = 4  # order from which on a scout makes it faster
-SCOUT_TOLERANCE = 1e-5  # its solutions are guesses
+LOWEST_ORDER = 2  # of the velocity
+SCOUT_TOLERANCE = 1e-4  # its solutions are guesses
 HISTORY = 3  # solutions that a guess is extrapolated from
 DEBORAH_OF_ELASTICITY = 0.5  # De_0: the coordinate of the continuation is linear in De below it
 SMALLEST_STEP = 1e-2  # in that coordinate; a continuation that needs smaller ones has failed
@@ -110,10 +110,11 @@ def solve(flow: Flow, deborahs: Sequence[float], options: SolverOptions) -> Iter
 
 
 def _scout(flow: Flow, options: SolverOptions) -> "_Continuation | None":
-    if flow.velocity_order < SCOUT_PAYS:
+    if flow.velocity_order == LOWEST_ORDER:
         return None
+    lower = flow.variant(flow.fluid, flow.velocity_order - 1)
     options = replace(options, tolerance=SCOUT_TOLERANCE, high_deborah=math.inf)
-    return _Continuation(flow.variant(flow.fluid, SCOUT_ORDER), options)
+    return _Continuation(lower, options, scout=_scout(lower, options))
 
 
 def _iterate(flow: Flow, De: float, tolerance: float, max_iterations: int) -> newton.Convergence:
@@ -129,8 +130,8 @@ class _Continuation:
 
     def __init__(self, flow: Flow, options: SolverOptions, scout: "_Continuation | None" = None):
         self.flow, self.options = flow, options
-        self._raised = False
         self._scout = scout
+        self._raised = False
         self._difference: ngsolve.BaseVector | None = None
         self._known: list[tuple[float, ngsolve.BaseVector]] = []
         self._step = self._longest_step = math.log(options.deborah_step)
@@ -139,26 +140,33 @@ class _Continuation:
         """Go on to De, in higher order from `high_deborah` on; also the number of iterations."""
         high, iterations = self.options.high_deborah, 0
         if De > high and not self._raised:
-            convergence, iterations = self._walk(high)
+            convergence, iterations = self._go_on(high)
             if convergence.converged:
                 convergence = self._raise_order()
                 iterations += convergence.iterations
             if not convergence.converged:
                 return convergence, iterations
-        convergence, more = self._walk(De)
+        convergence, more = self._go_on(De)
         return convergence, iterations + more
 
+    def _go_on(self, De: float) -> tuple[newton.Convergence, int]:
+        """Go on to De in the present order: after the scout, or else in steps."""
+        if self._known and self._known[-1][0] == _coordinate(De):
+            return newton.Convergence(), 0
+        if self._scout is None:
+            return self._walk(De)
+        convergence, iterations = self._follow(self._scout, De)
+        if not convergence.converged:
+            self._replace_scout()
+            convergence, more = self._walk(De)
+            iterations += more
+        return convergence, iterations
+
     def _walk(self, De: float) -> tuple[newton.Convergence, int]:
-        """Go on to De in the present order: after the scout, or else in one step or several."""
-        iterations = 0
-        if self._scout is not None:
-            convergence, iterations = self._follow(self._scout, De)
-            if convergence.converged:
-                return convergence, iterations
-            self._scout = None
+        """Go on to De in one step or several."""
         target, tolerance = _coordinate(De), self.options.tolerance
         convergence = newton.Convergence() if self._known else self._to(0.0, tolerance)
-        iterations += convergence.iterations
+        iterations = convergence.iterations
         while convergence.converged and self._known[-1][0] < target:
             here = self._known[-1][0]
             steps = max(1, math.ceil((target - here) / self._step - 0.1))
@@ -190,6 +198,12 @@ class _Continuation:
             self._difference = copy(self.flow.state.vec)
             self._difference -= found
         return convergence, iterations
+
+    def _replace_scout(self):
+        """Go on without it; what it knows is a start where this order knows nothing."""
+        scout, self._scout = self._scout, None
+        if not self._known and scout is not None:
+            self._known = [(at, scout.flow.embed(known, self.flow)) for at, known in scout._known]
 
     def _to(self, coordinate: float, tolerance: float) -> newton.Convergence:
         """One step; remembered if it converges."""

@@ -1,4 +1,4 @@
-"""Geometry of the triplet in its periodic box, and curved meshes of it.
+"""Geometry of spheres in their periodic box, and curved meshes of it.
 
 The half plane 0 <= r <= 1/2 of a tube, periodic in z, less a half disk per sphere on the axis.
 Lengths are in D. Boundaries have names: axis, wall, inlet, outlet, and one per sphere; elements
@@ -6,6 +6,7 @@ are small at the spheres, across the gaps, and along the axis, where strands of 
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import netgen.meshing
@@ -55,10 +56,38 @@ class Geometry:
             margin: Distance of the outer centres to the periodic ends, in D.
         """
         offsets = {"trailing": -sp * confinement, "middle": 0.0, "leading": sf * confinement}
-        present = tuple(name for name in TRIPLET if math.isfinite(offsets[name]))
-        first = offsets[present[0]]
-        positions = tuple(margin + offsets[name] - first for name in present)
-        return cls(confinement, present, positions, positions[-1] + margin, reference="middle")
+        present = {name: z for name, z in offsets.items() if math.isfinite(z)}
+        return cls._in_box(confinement, present, margin, reference="middle")
+
+    @classmethod
+    def train(cls, confinement: float, distances: Sequence[float], margin: float) -> "Geometry":
+        """Any number of spheres, named sphere1 (trailing) to sphereN.
+
+        Args:
+            confinement: beta = d/D.
+            distances: Of neighbours, centre to centre in d, along the flow; one less than spheres.
+            margin: Distance of the outer centres to the periodic ends, in D.
+        """
+        offsets = confinement * np.cumsum([0.0, *distances])
+        present = {f"sphere{n}": float(z) for n, z in enumerate(offsets, start=1)}
+        return cls._in_box(confinement, present, margin, f"sphere{(len(present) + 1) // 2}")
+
+    @classmethod
+    def _in_box(cls, confinement, spheres: Mapping[str, float], margin, reference) -> "Geometry":
+        """Spheres by name, along the flow, moved to have the margin on either side."""
+        offsets = list(spheres.values())
+        positions = tuple(margin + z - offsets[0] for z in offsets)
+        return cls(confinement, tuple(spheres), positions, positions[-1] + margin, reference)
+
+    def moved(self, positions: Sequence[float]) -> "Geometry":
+        """The same spheres with other distances, and the same margins to the periodic ends."""
+        spheres = dict(zip(self.spheres, map(float, positions), strict=True))
+        return self._in_box(self.confinement, spheres, self.margin, self.reference)
+
+    @property
+    def margin(self) -> float:
+        """Distance of the outer centres to the periodic ends, in D."""
+        return self.positions[0]
 
     @property
     def radius(self) -> float:

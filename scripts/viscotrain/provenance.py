@@ -27,6 +27,7 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
     "weak_forms",
 )
 FLUID_FIT = ("fluid", "fluid_data", "fluid_fit", "pipe", "rheology")  # ... the fitted fluid
+TRANSIENT = (*PHYSICS, "moving_mesh", "trajectories", "transient")
 TABLE = ("interpolation", "table")  # ... the table, given those
 TRAINS = ("interpolation", "trains")  # ... the trains, given the table
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")

@@ -57,9 +57,13 @@ def moderate_order(study: Study) -> int:
     return settings.velocity_order
 
 
-def make_flow(study: Study, sp: float, sf: float) -> Flow:
+def triplet(study: Study, sp: float, sf: float) -> Geometry:
+    """The triplet in the periodic box that the study asks for."""
+    return Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
+
+
+def make_flow(study: Study, geometry: Geometry) -> Flow:
     """Mesh and unknowns of one geometry, resolved for the largest Deborah number of the study."""
-    geometry = Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
     high, order = study.dns.high_deborah, moderate_order(study)
     sizes = high if goes_beyond(study) else study.dns
     options = MeshOptions(
@@ -83,9 +87,9 @@ def solver_options(study: Study) -> dns.SolverOptions:
     )
 
 
-def solutions(study: Study, sp: float, sf: float, up_to: float = math.inf) -> Iterator:
+def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iterator:
     """(De of the config, `dns.Solution`) of one geometry, ascending, up to a De of the config."""
-    flow = make_flow(study, sp, sf)
+    flow = make_flow(study, geometry)
     wanted = [De for De in study.deborah.values if De <= up_to]
     longest = [study.deborah_longest_mode(De) for De in wanted]
     yield from zip(wanted, dns.solve(flow, longest, solver_options(study)), strict=False)
@@ -108,7 +112,7 @@ def simulate(
     """
     result = _empty(study, sp, sf)
     seconds = []
-    for De, solution in solutions(study, sp, sf):
+    for De, solution in solutions(study, triplet(study, sp, sf)):
         report(_line(De, solution))
         _insert(result, De, solution)
         seconds.append({"deborah": De, "cpu_seconds": round(solution.seconds, 3)})
@@ -126,7 +130,7 @@ def field(study: Study, sp: float, sf: float, deborah: float, report: Report) ->
     Raises:
         SolutionError: The point did not converge.
     """
-    for De, solution in solutions(study, sp, sf, up_to=deborah):
+    for De, solution in solutions(study, triplet(study, sp, sf), up_to=deborah):
         report(_line(De, solution))
     if not solution.solved:
         raise SolutionError(f"{geometry_name(sp, sf)}: {solution.convergence.reason}")
@@ -154,7 +158,7 @@ def _line(De: float, solution: dns.Solution) -> str:
 def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
     De = np.array(study.deborah.values, dtype=float)
     n, blank = De.size, np.full(De.size, np.nan)
-    undisturbed = [_undisturbed(study, value) for value in De]
+    pipes = [undisturbed(study, value) for value in De]
     scales = [study.scales(value) for value in De]
     none = np.zeros(n, dtype=np.int32)
     result = xr.Dataset(
@@ -163,9 +167,9 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
             "pressure_gradient": ("deborah", blank.copy()),
             "undisturbed_pressure_gradient": (
                 "deborah",
-                [flow.pressure_gradient for flow in undisturbed],
+                [flow.pressure_gradient for flow in pipes],
             ),
-            "centreline_velocity": ("deborah", [flow.centreline_velocity for flow in undisturbed]),
+            "centreline_velocity": ("deborah", [flow.centreline_velocity for flow in pipes]),
             "status": ("deborah", np.full(n, NOT_ATTEMPTED, dtype=np.int8)),
             "reason": ("deborah", np.array(["a smaller De was not solved"] * n, dtype=object)),
             "residual": ("deborah", blank.copy()),
@@ -195,8 +199,8 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
     return result
 
 
-def _undisturbed(study: Study, De: float) -> PipeFlow:
-    """NaN where a steady profile is not unique."""
+def undisturbed(study: Study, De: float) -> PipeFlow:
+    """Flow without spheres; NaN where a steady profile is not unique."""
     try:
         return pipe_flow(study.dimensionless_fluid, study.deborah_longest_mode(De))
     except FluidError:

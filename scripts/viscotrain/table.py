@@ -3,12 +3,18 @@
 Dimensions are (deborah, sp, sf, particle): sp and sf are the distances of the middle sphere to the
 trailing and to the leading one, centre to centre in d; infinity means no such neighbour. A point
 (De, sp, sf) without a solution is a hole: NaN with a status, never filled.
+
+Transient results hold at the distances that the spheres have when the start-up is over, not quite
+those of the nodes they started from. Cubic radial basis functions in 1/s through these points
+(scipy's RBFInterpolator) carry the velocities to the nodes. Where gaps have opened at the closest
+node, or closed at the farthest, this extrapolates by as much as they have moved.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import RBFInterpolator
 
 from viscotrain.errors import TableError
 from viscotrain.interpolation import (
@@ -19,11 +25,14 @@ from viscotrain.interpolation import (
     TRAILING,
     TripletVelocities,
     VelocityTable,
+    coordinate,
     name_geometries,
 )
 
+FEWEST_POINTS = 3  # that determine a plane
 SOLVED, NOT_CONVERGED, NOT_ATTEMPTED = np.int8([0, 1, 2])
 PAIRS = ("middle-trailing", "leading-middle")
+PRESENT = ("present_sp", "present_sf")  # of transient results: distances at that time
 DEBORAH_COORDINATES = ("deborah_longest_mode", "deborah_mean_relaxation_time")
 ATTRIBUTES = {
     "deborah": {"long_name": "Deborah number, as the study defines it", "units": "1"},
@@ -57,6 +66,14 @@ ATTRIBUTES = {
         "long_name": "outcome of the simulation",
         "flag_values": np.int8([SOLVED, NOT_CONVERGED, NOT_ATTEMPTED]),
         "flag_meanings": "solved not_converged not_attempted",
+    },
+    "present_sp": {
+        "long_name": "distance of middle to trailing sphere after the start-up, over diameter",
+        "units": "1",
+    },
+    "present_sf": {
+        "long_name": "distance of leading to middle sphere after the start-up, over diameter",
+        "units": "1",
     },
     "check_sp": {
         "long_name": "distance of middle to trailing sphere of a geometry between the nodes",
@@ -93,6 +110,7 @@ def combine(
         results: One dataset per geometry as the dns stage writes it, in any order: velocity
             (deborah, particle), pressure_gradient, centreline_velocity and status (deborah), and
             the scalars sp and sf. A geometry or a Deborah number that is missing makes holes.
+            Transient ones, as `after_start_up` makes them, come one per geometry and De.
         sp: Distances of the grid in d, ascending, the last one infinite.
         sf: The same on the other axis.
         deborah: Deborah numbers of the grid, ascending, in the definition of the study.
@@ -107,12 +125,56 @@ def combine(
     seen = set()
     for result in results:
         geometry = float(result["sp"]), float(result["sf"])
-        if geometry in seen:
+        points = {(*geometry, De) for De in result["deborah"].values}
+        if points & seen:
             raise TableError(f"{name_geometries([geometry])} comes twice; allowed: once")
-        seen.add(geometry)
+        seen |= points
         _insert(table, result, reasons)
     _complete(table)
+    if PRESENT[0] in table:
+        table = _to_nodes(table)
     _refuse_holes(table, max_holes, reasons)
+    return table
+
+
+def after_start_up(trajectory: xr.Dataset) -> xr.Dataset:
+    """The end of a transient simulation of a triplet, as a result for `combine`.
+
+    Args:
+        trajectory: What the transient stage writes: velocity (time, sphere), distance (time, gap),
+            pressure_gradient (time), status and the initial sp and sf.
+    """
+    end = trajectory.isel(time=-1)
+    solved = int(end["status"]) == SOLVED
+    U = end["velocity"].rename(sphere="particle").reindex(particle=list(PARTICLES))
+    distances = iter(end["distance"].values)
+    present = [next(distances) if np.isfinite(end[name]) else np.inf for name in ("sp", "sf")]
+    result = xr.Dataset(
+        {"velocity": U, "pressure_gradient": end["pressure_gradient"]}
+        | dict(zip(PRESENT, present, strict=True))
+    )
+    result = result.where(solved).assign(
+        {name: end[name] for name in ("status", "reason", "centreline_velocity")}
+    )
+    result = result.drop_vars("time").expand_dims(deborah=[float(end["deborah"])])
+    return result.assign(
+        {name: end[name].drop_vars("time") for name in ("sp", "sf")}
+    ).assign_coords({name: ("deborah", [float(end[name])]) for name in DEBORAH_COORDINATES})
+
+
+def _to_nodes(table: xr.Dataset) -> xr.Dataset:
+    """Velocities at the nodes, from those at the present distances."""
+    table = table.copy(deep=True)
+    nodes = np.stack(np.meshgrid(coordinate(table["sp"]), coordinate(table["sf"]), indexing="ij"))
+    for k in range(table.sizes["deborah"]):
+        U = table["velocity"][k].transpose("sp", "sf", "particle").values
+        now = coordinate(np.stack([table[name][k].transpose("sp", "sf") for name in PRESENT]))
+        known = np.isfinite(U).all(axis=-1) & np.isfinite(now).all(axis=0)
+        if known.sum() < FEWEST_POINTS or (now == nodes)[:, known].all():
+            continue
+        carry = RBFInterpolator(now[:, known].T, U[known], kernel="cubic", degree=1)
+        U[known] = carry(nodes[:, known].T)
+        table["velocity"][k] = U
     return table
 
 
@@ -179,12 +241,23 @@ def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
         table["status"][k, i, j] = point["status"]
         if np.isnan(table["centreline_velocity"][k]):
             table["centreline_velocity"][k] = point["centreline_velocity"]
+        for name in PRESENT:
+            if name in point:
+                _present(table, name)[k, i, j] = point[name]
         for name in DEBORAH_COORDINATES:
             if name in point.coords:
                 table[name][k] = point[name]
                 table[name].attrs = dict(result[name].attrs)
         if "reason" in point and str(point["reason"].item()):
             reasons[De, sp, sf] = str(point["reason"].item())
+
+
+def _present(table: xr.Dataset, name: str) -> xr.DataArray:
+    """The variable of present distances, made when first needed."""
+    if name not in table:
+        table[name] = xr.full_like(table["pressure_gradient"], np.nan)
+        table[name].attrs = ATTRIBUTES[name]
+    return table[name]
 
 
 def holes(table: xr.Dataset) -> Iterator[tuple[float, float, float]]:
@@ -227,19 +300,19 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
         check_error (deborah, check, pair), the relative velocity interpolated minus simulated.
         Errors are NaN where the table has holes or the geometry was not solved.
     """
-    results = sorted(results, key=lambda result: (float(result["sp"]), float(result["sf"])))
-    sp = np.array([float(result["sp"]) for result in results])
-    sf = np.array([float(result["sf"]) for result in results])
+    geometries = sorted({(float(result["sp"]), float(result["sf"])) for result in results})
+    sp, sf = np.array(geometries).T
     De = table["deborah"].values
-    shape = De.size, len(results), len(PARTICLES)
+    shape = De.size, len(geometries), len(PARTICLES)
     simulated, interpolated = np.full(shape, np.nan), np.full(shape, np.nan)
-    for k, velocities in enumerate(_layers(table)):
-        if velocities is not None:
-            interpolated[k] = velocities(sp, sf)
-        for n, result in enumerate(results):
-            if De[k] in result["deborah"]:
-                point = result["velocity"].sel(deborah=De[k], particle=list(PARTICLES))
-                simulated[k, n] = point.values
+    layers = list(_layers(table))
+    for result in results:
+        n = geometries.index((float(result["sp"]), float(result["sf"])))
+        for k in np.flatnonzero(np.isin(De, result["deborah"])):
+            point = result.sel(deborah=De[k], particle=list(PARTICLES))
+            simulated[k, n] = point["velocity"].values
+            if layers[k] is not None and int(point["status"]) == SOLVED:
+                interpolated[k, n] = layers[k](*_distances(point))
     errors = np.diff(interpolated, axis=-1) - np.diff(simulated, axis=-1)
     return _described(
         table.assign(
@@ -247,6 +320,12 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
             check_error=(("deborah", "check", "pair"), errors),
         ).assign_coords(check_sp=("check", sp), check_sf=("check", sf), pair=list(PAIRS))
     )
+
+
+def _distances(point: xr.Dataset) -> tuple[float, float]:
+    """Those at which the velocities of a result hold."""
+    names = PRESENT if PRESENT[0] in point else ("sp", "sf")
+    return tuple(float(point[name]) for name in names)
 
 
 def _layers(table: xr.Dataset) -> Iterator[TripletVelocities | None]:

@@ -1,11 +1,7 @@
 """Transient simulation: force-free spheres that move, from fluid at rest and free of stress.
 
-ALE. The frame moves with the reference sphere; there the mesh is displaced along z by what the
-gaps have changed, linearly between neighbouring spheres and between the outer spheres and the
-periodic ends, which keep their distance. The displacement is linear on each triangle, so every
-sphere is displaced rigidly, and d psi/dt is taken at points of the mesh, which move with
-
-    w = sum_i W_i phi_i,      W_i = U_i - U_reference,      phi_i = 1 on sphere i, 0 on all others.
+ALE. The frame moves with the reference sphere, the mesh with the gaps (`moving_mesh`); d psi/dt is
+taken at points of the mesh.
 
 Time. Variable-step BDF2 with omega = dt_n/dt_{n-1} (Hairer, Norsett & Wanner, Solving Ordinary
 Differential Equations I, 1993, III.5),
@@ -16,27 +12,32 @@ for psi and for the positions, fully coupled: the positions follow the velocitie
 Newton iteration. The first step is a backward Euler step, so small that it does not matter. The
 velocities have no inertia; at t = 0 they are those of the solvent alone.
 
+Remeshing. When a piece of the axis between or beside the spheres has been stretched or compressed
+by more than a given factor, the present geometry is meshed anew. The psi of the last states is
+projected (L2) onto the new mesh as it stood at the time of each, so that BDF2 goes on without a new
+start; velocities follow from psi by the momentum balance, and their jump is the error of the
+transfer.
+
 Step size. The distance of a step from the quadratic extrapolation of the three before estimates the
-local error of the velocities; those relative to the reference sphere, which matter, have a smaller
-tolerance than the one they share.
+local error of the velocities and distances; velocities relative to the reference sphere, which
+matter, have a smaller tolerance than the one they share.
 """
 
 import math
 import os
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import ngsolve
 import numpy as np
-from ngsolve import H1, VectorH1
 
 from viscotrain import newton
-from viscotrain.axisymmetry import Velocity
 from viscotrain.errors import SolutionError
 from viscotrain.flow import Flow, Storage
 from viscotrain.meshes import Geometry
+from viscotrain.moving_mesh import MovingMesh, transfer_stress
 
 GROWTH = 2.0  # of a step over the one before, at most
 SAFETY = 0.8  # aim at this part of the tolerance, in the step size
@@ -55,17 +56,21 @@ class TimeOptions:
         first_step: In D/Ubar.
         common_tolerance: Local error of the velocity of the reference sphere, in Ubar.
         relative_tolerance: Local error of the other velocities relative to it, in Ubar.
+        distance_tolerance: Local error of the distances of neighbours, in d.
         tolerance: Rms update at which an iteration has converged.
         max_iterations: Updates before a step is given up and halved.
         fixed_step: Step of constant size in D/Ubar, in place of controlled ones; None = controlled.
+        max_stretch: Factor of a gap, or its inverse, over that of the mesh before it is remeshed.
     """
 
     first_step: float = 2e-3
     common_tolerance: float = 2e-4
     relative_tolerance: float = 2e-5
+    distance_tolerance: float = 1e-5
     tolerance: float = 1e-7
     max_iterations: int = 12
     fixed_step: float | None = None
+    max_stretch: float = 1.5
 
 
 @dataclass(frozen=True)
@@ -79,7 +84,9 @@ class Instant:
         pressure_gradient: -dp/dz, mean over the box, in eta_0 Ubar/D^2.
         iterations: Newton iterations of the step that led here.
         factorisations: Of that step.
-        seconds: CPU time of that step, failed tries included.
+        seconds: CPU time of that step, failed tries and remeshing included.
+        remeshing_jump: Largest change of a relative velocity by remeshing before that step, in
+            Ubar; NaN = not remeshed.
     """
 
     time: float
@@ -89,6 +96,10 @@ class Instant:
     iterations: int = 0
     factorisations: int = 0
     seconds: float = 0.0
+    remeshing_jump: float = math.nan
+
+
+_INSTANT_FIELDS = tuple(entry.name for entry in fields(Instant))
 
 
 @dataclass
@@ -106,8 +117,15 @@ class _History:
 
     def extrapolated(self, time: float) -> np.ndarray:
         """All unknowns at a later time, by the polynomial through the states."""
+        return self._polynomial(self.unknowns, time)
+
+    def extrapolated_positions(self, time: float) -> np.ndarray:
+        """The positions at a later time, in the same way."""
+        return self._polynomial(self.positions, time)
+
+    def _polynomial(self, vectors: list[np.ndarray], time: float) -> np.ndarray:
         weights = _lagrange(self.times, time)
-        return sum(w * vector for w, vector in zip(weights, self.unknowns, strict=True))
+        return sum(w * vector for w, vector in zip(weights, vectors, strict=True))
 
     def difference(self, dt: float) -> tuple[float, list[float]]:
         """Coefficients of the backward difference over dt: of the new state, of the old ones."""
@@ -137,93 +155,84 @@ class Transient:
     """A simulation that can be stopped, written to a file and continued.
 
     Args:
-        flow: Geometry, mesh and fluid; its geometry is the initial one.
+        geometry: The initial one.
+        make_flow: Makes the mesh and the unknowns of a geometry.
         deborah: lambda_1 Ubar/D.
         options: Time steps.
     """
 
-    def __init__(self, flow: Flow, deborah: float, options: TimeOptions):
-        self.flow, self.options = flow, options
-        flow.deborah.Set(deborah)
-        geometry = flow.geometry
-        self._moving = [flow.unknown_of(name) for name in geometry.moving_spheres]
-        self._reference = geometry.spheres.index(geometry.reference)
-        self._shapes = [_shape(flow, name) for name in geometry.moving_spheres]
-        self._displacement = ngsolve.GridFunction(VectorH1(flow.mesh, order=1))
-        self._storage = Storage(ngsolve.Parameter(0.0), ngsolve.GridFunction(flow.space))
-        form = flow.transient_form(self._mesh_velocity, self._storage)
-        self._newton = newton.ModifiedNewton(form, flow.free)
+    def __init__(
+        self,
+        geometry: Geometry,
+        make_flow: Callable[[Geometry], Flow],
+        deborah: float,
+        options: TimeOptions,
+    ):
+        self._make_flow, self.deborah, self.options = make_flow, deborah, options
+        self.instants: list[Instant] = []
         self._history = _History()
         self._dt = options.fixed_step or options.first_step
-        self._rejected = 0
+        self._reference = geometry.spheres.index(geometry.reference) if geometry.spheres else None
+        self._use(make_flow(geometry))
 
-    # ------------------------------------------------------------------------------- spheres
-
-    def _mesh_velocity(self, speeds: list) -> Velocity:
-        w = ngsolve.CoefficientFunction(0.0)
-        for speed, shape in zip(speeds, self._shapes, strict=True):
-            w += speed * shape
-        return Velocity(z=w, r=ngsolve.CoefficientFunction(0.0))
+    def _use(self, flow: Flow):
+        """Go on with this mesh and these unknowns."""
+        self.flow = flow
+        flow.deborah.Set(self.deborah)
+        self._mesh = MovingMesh(flow)
+        self._storage = Storage(ngsolve.Parameter(0.0), ngsolve.GridFunction(flow.space))
+        form = flow.transient_form(self._mesh.velocity, self._storage)
+        self._newton = newton.ModifiedNewton(form, flow.free)
 
     def _velocities(self) -> np.ndarray:
         return np.array(list(self.flow.sphere_velocities().values()))
 
-    def _displace(self, positions: np.ndarray):
-        """Bring the mesh to the present distances of the spheres."""
-        initial = np.array(self.flow.geometry.positions)
-        changes = positions - initial
-        changes -= changes[self._reference]
-        along = self._displacement.components[0].vec.FV().NumPy()
-        along[:] = 0.0
-        moving = np.delete(changes, self._reference)
-        for change, shape in zip(moving, self._shapes, strict=True):
-            along += change * shape.vec.FV().NumPy()
-        self.flow.mesh.SetDeformation(self._displacement)
-
     def geometry(self) -> Geometry:
-        """The present one, in the box of the initial one."""
-        initial = self.flow.geometry
-        positions = self._history.positions[-1]
-        shift = initial.positions[self._reference] - positions[self._reference]
-        return Geometry(
-            initial.confinement,
-            initial.spheres,
-            tuple(positions + shift),
-            initial.length,
-            initial.reference,
-        )
+        """The present one, in a box of its own."""
+        return self.flow.geometry.moved(self._history.positions[-1])
 
     # ---------------------------------------------------------------------------------- time
 
     def run(self, until: float) -> Iterator[Instant]:
         """Yield the start and every step until a time in D/Ubar, which is met exactly.
 
+        What was yielded stands in `instants`, those of a loaded checkpoint before.
+
         Raises:
             SolutionError: Steps do not converge however small they are.
         """
-        if not self._history.times:
-            yield self._start()
+        if not self.instants:
+            self.instants.append(self._start())
+            yield self.instants[-1]
         while self._history.times[-1] < until * (1 - 1e-12):
-            yield self._advance(until)
+            self.instants.append(self._advance(until))
+            yield self.instants[-1]
 
     def _start(self) -> Instant:
         """At rest and free of stress: only the solvent resists."""
-        flow, options = self.flow, self.options
+        flow = self.flow
         flow.state.vec[:] = 0.0
         started = time.process_time()
+        convergence = self._balance_momentum("start from rest")
+        positions = np.array(flow.geometry.positions)
+        self._history.append(0.0, flow.state.vec.FV().NumPy().copy(), positions)
+        return self._instant(convergence, time.process_time() - started)
+
+    def _balance_momentum(self, what: str) -> newton.Convergence:
+        """Velocity and pressure from the psi of the state."""
+        flow, options = self.flow, self.options
         stokes = newton.ModifiedNewton(flow.viscoelastic, flow.free_newtonian)
         convergence = stokes.solve(
             flow.state, tolerance=options.tolerance, max_iterations=options.max_iterations
         )
         if not convergence.converged:
-            raise SolutionError(f"start from rest: {convergence.reason}")
-        positions = np.array(flow.geometry.positions)
-        self._history.append(0.0, flow.state.vec.FV().NumPy().copy(), positions)
-        return self._instant(convergence, time.process_time() - started)
+            raise SolutionError(f"{what}: {convergence.reason}")
+        return convergence
 
     def _advance(self, until: float) -> Instant:
         """One step, repeated with a smaller one until its error is small enough."""
         started = time.process_time()
+        jump = self._remesh() if self._worn() else math.nan
         options, history = self.options, self._history
         while True:
             now = history.times[-1]
@@ -237,17 +246,16 @@ class Transient:
                 continue
             if options.fixed_step is not None or len(history.times) < HISTORY:
                 break
-            error = self._error(now + dt, dt)
+            error = self._error(now + dt, dt, positions)
             factor = min(GROWTH, SAFETY * error ** (-1 / 3)) if error > 0 else GROWTH
             if error > REJECTED:
-                self._rejected += 1
                 self._dt = dt * factor
                 continue
             if not 1 / SAME_STEP < factor < SAME_STEP:
                 self._dt = dt * factor
             break
         history.append(now + dt, self.flow.state.vec.FV().NumPy().copy(), positions)
-        return self._instant(convergence, time.process_time() - started)
+        return self._instant(convergence, time.process_time() - started, jump)
 
     def _step(self, dt: float) -> tuple[newton.Convergence, np.ndarray]:
         """Try one step; the new state is in the flow."""
@@ -267,24 +275,33 @@ class Transient:
             flow.state,
             tolerance=options.tolerance,
             max_iterations=options.max_iterations,
-            prepare=lambda: self._displace(positions()),
+            prepare=lambda: self._mesh.displace(positions()),
         )
         return convergence, positions()
 
-    def _error(self, time: float, dt: float) -> float:
-        """Estimated local error of the velocities over its tolerance."""
-        flow = self.flow
+    def _error(self, time: float, dt: float, positions: np.ndarray) -> float:
+        """Estimated local error of velocities and distances over its tolerance."""
+        flow, history, options = self.flow, self._history, self.options
+        if not positions.size:
+            return 0.0
         found = self._velocities()
         flow_state = flow.state.vec.FV().NumPy().copy()
-        flow.state.vec.FV().NumPy()[:] = self._history.extrapolated(time)
+        flow.state.vec.FV().NumPy()[:] = history.extrapolated(time)
         difference = found - self._velocities()
         flow.state.vec.FV().NumPy()[:] = flow_state
-        common = abs(difference[self._reference]) / self.options.common_tolerance
         relative = np.abs(difference - difference[self._reference]).max()
-        worst = max(common, relative / self.options.relative_tolerance)
-        return self._history.error_share(dt) * worst
+        distances = np.diff(positions - history.extrapolated_positions(time))
+        worst = max(
+            abs(difference[self._reference]) / options.common_tolerance,
+            relative / options.relative_tolerance,
+            np.abs(distances).max(initial=0.0)
+            / (options.distance_tolerance * flow.geometry.confinement),
+        )
+        return history.error_share(dt) * worst
 
-    def _instant(self, convergence: newton.Convergence, seconds: float) -> Instant:
+    def _instant(
+        self, convergence: newton.Convergence, seconds: float, jump: float = math.nan
+    ) -> Instant:
         return Instant(
             time=self._history.times[-1],
             velocities=self._velocities(),
@@ -293,12 +310,39 @@ class Transient:
             iterations=convergence.iterations,
             factorisations=convergence.factorisations,
             seconds=seconds,
+            remeshing_jump=jump,
         )
+
+    # ----------------------------------------------------------------------------- remeshing
+
+    def _worn(self) -> bool:
+        """Whether the mesh is stretched too far."""
+        if not self.flow.geometry.spheres:
+            return False
+        return self._mesh.stretch(self._history.positions[-1]) > self.options.max_stretch
+
+    def _remesh(self) -> float:
+        """Go on with a new mesh; returns the largest jump of a relative velocity."""
+        before, history, old = self._velocities(), self._history, self._mesh
+        self._use(self._make_flow(self.geometry()))
+        transferred = []
+        for unknowns, positions in zip(history.unknowns, history.positions, strict=True):
+            old.flow.state.vec.FV().NumPy()[:] = unknowns
+            transfer_stress(old, self._mesh, positions)
+            self._balance_momentum("remeshing")
+            transferred.append(self.flow.state.vec.FV().NumPy().copy())
+        history.unknowns = transferred
+        return float(np.abs(np.diff(self._velocities() - before)).max())
 
     # ---------------------------------------------------------------------------- checkpoint
 
-    def save(self, path: Path):
-        """Write what is needed to continue; a file that is there is replaced in one move."""
+    def save(self, path: Path, signature: str = ""):
+        """Write what is needed to continue; a file that is there is replaced in one move.
+
+        Args:
+            path: Ends in .npz.
+            signature: What the simulation depends on; `load` compares it.
+        """
         history = self._history
         partial = path.with_suffix(".partial.npz")
         np.savez(
@@ -306,28 +350,34 @@ class Transient:
             times=history.times,
             unknowns=history.unknowns,
             positions=history.positions,
+            meshed_positions=self.flow.geometry.positions,
             step=self._dt,
+            signature=signature,
+            **{
+                f"instant_{name}": [getattr(instant, name) for instant in self.instants]
+                for name in _INSTANT_FIELDS
+            },
         )
         os.replace(partial, path)
 
-    def load(self, path: Path):
-        """Continue from a file of `save`, on the same mesh and with the same spaces.
-
-        Raises:
-            SolutionError: The file belongs to another discretisation.
-        """
+    def load(self, path: Path, signature: str = "") -> bool:
+        """Continue from a file of `save`, unless its signature is another; whether it did."""
         with np.load(path) as stored:
+            if str(stored["signature"]) != signature:
+                return False
             unknowns = stored["unknowns"]
-            if unknowns.shape[1] != self.flow.space.ndof:
-                raise SolutionError(
-                    f"{path}: {unknowns.shape[1]} unknowns, expected {self.flow.space.ndof}"
-                )
+            if list(stored["meshed_positions"]) != list(self.flow.geometry.positions):
+                geometry = self.flow.geometry.moved(stored["meshed_positions"])
+                self._use(self._make_flow(geometry))
             self._history = _History(
                 list(map(float, stored["times"])), list(unknowns), list(stored["positions"])
             )
             self._dt = float(stored["step"])
+            columns = [stored[f"instant_{name}"] for name in _INSTANT_FIELDS]
+            self.instants = [Instant(*row) for row in zip(*columns, strict=True)]
         self.flow.state.vec.FV().NumPy()[:] = self._history.unknowns[-1]
-        self._displace(self._history.positions[-1])
+        self._mesh.displace(self._history.positions[-1])
+        return True
 
 
 def _lagrange(nodes: list[float], at: float) -> list[float]:
@@ -336,15 +386,3 @@ def _lagrange(nodes: list[float], at: float) -> list[float]:
         math.prod((at - other) / (node - other) for other in nodes if other != node)
         for node in nodes
     ]
-
-
-def _shape(flow: Flow, sphere: str) -> ngsolve.GridFunction:
-    """Shape phi of one sphere: linear on triangles, a broken line in z at the vertices."""
-    geometry, mesh = flow.geometry, flow.mesh
-    k = geometry.spheres.index(sphere)
-    before, after = geometry.free_axis[k], geometry.free_axis[k + 1]
-    shape = ngsolve.GridFunction(H1(mesh, order=1))
-    z = np.array([vertex.point[0] for vertex in mesh.vertices])
-    values = np.interp(z, [before[0], before[1], after[0], after[1]], [0.0, 1.0, 1.0, 0.0])
-    shape.vec.FV().NumPy()[:] = values
-    return shape

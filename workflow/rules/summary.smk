@@ -6,7 +6,7 @@ rule summary:
         table=f"{RESULTS}/table/velocity_table.nc",
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
         figures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES),
-        timing=expand(f"{RESULTS}/dns/timing/{{geometry}}.csv", geometry=GRID + BETWEEN),
+        timing=[f"{RESULTS}/{name.format(kind='timing/')}.csv" for name in SIMULATIONS],
     output:
         f"{RESULTS}/summary.txt",
     log:

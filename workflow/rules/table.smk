@@ -1,10 +1,19 @@
 """Look-up table of velocities, with its interpolation error."""
 
+if STUDY.dns.method == "transient":
+    SIMULATIONS = [
+        f"transient/{{kind}}{point_name(*geometry, De)}"
+        for geometry in (*STUDY.geometries, *check_geometries(STUDY))
+        for De in STUDY.deborah.values
+    ]
+else:
+    SIMULATIONS = [f"dns/{{kind}}{geometry}" for geometry in GRID + BETWEEN]
+
 
 rule table:
     input:
         **FITTED_FLUID,
-        results=expand(f"{RESULTS}/dns/{{geometry}}.nc", geometry=GRID + BETWEEN),
+        results=[f"{RESULTS}/{name.format(kind='')}.nc" for name in SIMULATIONS],
     output:
         f"{RESULTS}/table/velocity_table.nc",
     log:

@@ -1,0 +1,138 @@
+"""The closure of the train model: each sphere feels its two neighbours only. How far is it true?
+
+Two comparisons, both with direct simulations of a short train of N spheres:
+
+- in time: distances from rest on a moving mesh, against the model fed by the study's table. The
+  model has no start-up, so it begins with the distances that the direct simulation has when the
+  start-up is over; at De = 0 that is at once.
+- over the spacing: velocities of equally spaced spheres at distances that are held, against those
+  of the triplet with these distances, U_1 = U_1(s, s), U_i = U_2(s, s), U_N = U_3(s, s), from the
+  same solver without any table in between.
+"""
+
+import math
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from viscotrain.config import Study
+from viscotrain.errors import SolutionError
+from viscotrain.interpolation import CONTACT, LEADING, MIDDLE, TRAILING, TripletVelocities
+from viscotrain.meshes import Geometry
+from viscotrain.simulation import Report, solutions, triplet
+from viscotrain.trains import chain_motion
+
+TOLERANCE = 1e-9  # of the model's distances, in d
+
+
+def model_distances(
+    velocities: TripletVelocities, confinement: float, distances: NDArray, times: NDArray
+) -> NDArray:
+    """Distances of successive spheres by the train model, without injection.
+
+    Args:
+        velocities: Of triplets.
+        confinement: d/D.
+        distances: At the first time, in d, trailing first, shape (N - 1,).
+        times: In D/Ubar, ascending.
+
+    Returns:
+        Distances in d, shape (time, N - 1).
+    """
+
+    def rate(_, distance: NDArray) -> NDArray:
+        U = chain_motion(velocities, distance - CONTACT).velocity
+        return np.diff(U) / confinement
+
+    if len(times) == 1:
+        return distances[None]
+    solved = solve_ivp(
+        rate,
+        (times[0], times[-1]),
+        distances,
+        t_eval=times,
+        method="DOP853",
+        rtol=TOLERANCE,
+        atol=TOLERANCE,
+    )
+    return solved.y.T
+
+
+def with_model(trajectory: xr.Dataset, velocities: TripletVelocities, start: float) -> xr.Dataset:
+    """A direct simulation with the distances of the model beside its own.
+
+    Args:
+        trajectory: What `trajectories.simulate` returns.
+        velocities: Of triplets, at the same De.
+        start: When the model begins, in D/Ubar.
+
+    Returns:
+        The trajectory with model_distance (time, gap), NaN before the first time from `start` on.
+    """
+    time, direct = trajectory["time"].values, trajectory["distance"].values
+    begun = time >= start * (1 - 1e-9)
+    model = np.full_like(direct, np.nan)
+    if begun.any():
+        confinement = float(trajectory["confinement"])
+        model[begun] = model_distances(velocities, confinement, direct[begun][0], time[begun])
+    return trajectory.assign(
+        model_distance=(
+            ("time", "gap"),
+            model,
+            {"long_name": "distance of neighbours by the train model, over diameter", "units": "1"},
+        )
+    )
+
+
+def error_at_gap(study: Study, gap: float, report: Report) -> pd.DataFrame:
+    """Velocities of equally spaced spheres, directly and by the closure, at distances held.
+
+    Args:
+        study: The config; the number of spheres and the Deborah numbers are those of
+            `verification.closure`.
+        gap: Between the surfaces, in d.
+        report: Takes a line of text per Deborah number.
+
+    Returns:
+        One row per De and gap between spheres: direct and model relative velocity in Ubar.
+
+    Raises:
+        SolutionError: A simulation did not converge.
+    """
+    settings = study.verification.closure
+    s = CONTACT + gap
+    train = Geometry.train(study.confinement, [s] * len(settings.distances), study.dns.margin)
+    three = triplet(study, s, s)
+    rows = []
+    up_to = max(settings.deborah, default=0.0)
+    for (De, many), (_, few) in zip(
+        _velocities(study, train, up_to), _velocities(study, three, up_to), strict=True
+    ):
+        if De not in settings.deborah:
+            continue
+        model = np.full(many.size, few[MIDDLE])
+        model[0], model[-1] = few[TRAILING], few[LEADING]
+        for n, (direct, closed) in enumerate(zip(np.diff(many), np.diff(model), strict=True)):
+            row = {"deborah": De, "gap": gap, "number": n + 1}
+            rows.append(row | {"direct": direct, "model": closed, "error": closed - direct})
+        worst = np.abs(np.diff(model) - np.diff(many)).max()
+        report(f"De {De:g}, gap {gap:g} d: closure error {worst:.2e} Ubar")
+    return pd.DataFrame(rows)
+
+
+def _velocities(study: Study, geometry: Geometry, up_to: float):
+    """(De, U) of all spheres; not lazily, since both simulations share nothing."""
+    for De, solution in solutions(study, geometry, up_to):
+        if not solution.solved:
+            raise SolutionError(f"De {De:g}: {solution.convergence.reason}")
+        yield De, np.array(list(solution.velocities.values()))
+
+
+def largest_difference(comparison: xr.Dataset) -> float:
+    """Largest distance from sphere to trailing sphere, model minus direct, in d."""
+    along = (comparison["model_distance"] - comparison["distance"]).cumsum("gap")
+    known = along.where(np.isfinite(comparison["model_distance"]))
+    return float(np.abs(known).max()) if known.notnull().any() else math.nan

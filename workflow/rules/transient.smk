@@ -1,0 +1,25 @@
+"""Start-up from rest: one job per geometry (sp, sf) and Deborah number."""
+
+
+rule transient:
+    input:
+        **FITTED_FLUID,
+    output:
+        result=f"{RESULTS}/transient/sp{{sp}}_sf{{sf}}_De{{deborah}}.nc",
+        timing=f"{RESULTS}/transient/timing/sp{{sp}}_sf{{sf}}_De{{deborah}}.csv",
+    log:
+        f"{RESULTS}/logs/transient/sp{{sp}}_sf{{sf}}_De{{deborah}}.log",
+    conda:
+        "../../envs/viscotrain.yaml"
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=60,
+    params:
+        physics=provenance.digest(provenance.TRANSIENT),
+        settings=STUDY.transient_settings(),
+    message:
+        "Simulating the start-up of sp = {wildcards.sp}, sf = {wildcards.sf}, "
+        "De = {wildcards.deborah}"
+    script:
+        "../../scripts/transient.py"
