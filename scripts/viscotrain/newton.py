@@ -14,6 +14,7 @@ import numpy as np
 from netgen.libngpy._meshing import NgException
 
 PATIENCE = 6  # updates with an old matrix that are cheaper than a new one
+STALL = 5  # iterations in which the update must have halved
 DIVERGENCE = 1e3  # rms update at which the iteration is given up: unknowns are of order one
 
 
@@ -99,6 +100,10 @@ class ModifiedNewton:
                 result.reason = f"diverged: update {last:.1e} in iteration {result.iterations}"
                 return result
             if last < tolerance:
+                return result
+            if result.iterations > STALL and last > min(result.updates[:-STALL]) / 2:
+                self._inverse = None
+                result.reason = f"stalled: update {last:.1e} in iteration {result.iterations}"
                 return result
             if result.iterations > 1 and _updates_to_go(result.updates, tolerance) > PATIENCE:
                 self._inverse = None
