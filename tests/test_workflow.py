@@ -166,7 +166,8 @@ def test_the_fit_of_the_fluid_is_upstream_of_everything(project):
     assert "fluid_fit" not in written
     assert set(jobs) == set(written) | {"fluid_fit"}
     assert len(geometries) == 4
-    for target in ("dns/spinf_sfinf.nc", "dns/field.nc", "figures/rheology.png"):
+    targets = ("dns/field.nc", "transient/sp1.5_sf1.5_De1.nc", "figures/rheology.png")
+    for target in ("dns/spinf_sfinf.nc", *targets):
         jobs, _ = project.plan(f"results/fitted/{target}", "--configfile", config)
         assert jobs.pop("fluid_fit") == 1
         assert list(jobs.values()) == [1]

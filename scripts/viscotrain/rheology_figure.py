@@ -66,7 +66,7 @@ def rheology(
         _draw(panels["small oscillation" if oscillation else "steady shear"], quantity, rows)
     for axes in panels.values():
         axes.margins(x=0)
-        _leave_room(axes, data)
+        _leave_room(axes)
     _mark_rates(panels["steady shear"], rates)
     panels["small oscillation"].legend(loc="lower right")  # moduli rise, viscosities fall
     # On white: dotted lines pass behind it.
@@ -130,7 +130,7 @@ def _draw(axes: Axes, quantity: str, rows: pd.DataFrame):
         axes.plot(x, y, color=colour, label="measured", zorder=1.9, **style)
 
 
-def _leave_room(axes: Axes, data: pd.DataFrame):
+def _leave_room(axes: Axes):
     """Two decades at least, so that a flat line is seen as flat."""
     low, high = axes.get_ylim()
     middle = math.sqrt(low * high)
