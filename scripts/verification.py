@@ -37,18 +37,22 @@ def start_up(study: Study, output: Path, trajectory: str):
 
 
 def closure_train(study: Study, output: Path, table: str, deborah: float):
-    """A short train, directly and by the model; a killed run goes on."""
+    """A short train, directly and by the model; a killed run goes on.
+
+    At De = 0, where it is cheap, once more with smaller elements and time steps.
+    """
     settings = study.verification.closure
     checkpoint = output.with_name(output.name + ".checkpoint.npz")
     checkpoint.parent.mkdir(parents=True, exist_ok=True)
+    train = Geometry.train(study.confinement, settings.distances, study.dns.margin)
     trajectory, _ = trajectories.simulate(
-        study,
-        Geometry.train(study.confinement, settings.distances, study.dns.margin),
-        deborah,
-        until=settings.duration,
-        report=print,
-        checkpoint=checkpoint,
+        study, train, deborah, until=settings.duration, report=print, checkpoint=checkpoint
     )
+    if deborah == 0:
+        finer, _ = trajectories.simulate(
+            closure.refined(study), train, deborah, until=settings.duration, report=print
+        )
+        trajectory = closure.with_refinement(trajectory, finer)
     velocities = VelocityTable.open(table).at(deborah)
     start = trajectories.start_up_time(study, deborah)
     compared = closure.with_model(trajectory, velocities, start)

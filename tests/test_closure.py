@@ -41,7 +41,8 @@ def test_inner_spheres_feel_their_two_neighbours_only():
 
 def direct(distance) -> xr.Dataset:
     return xr.Dataset(
-        {"distance": (("time", "gap"), distance), "confinement": BETA}, coords={"time": TIMES}
+        {"distance": (("time", "gap"), distance), "confinement": BETA},
+        coords={"time": TIMES[: len(distance)]},
     )
 
 
@@ -55,6 +56,13 @@ def test_the_model_begins_where_the_start_up_ends():
     change = moving[-1] - moving[5]
     expected = np.abs(np.cumsum(change)).max()
     assert closure.largest_difference(compared) == pytest.approx(expected)
+
+
+def test_refinement_is_compared_at_the_end():
+    coarse = direct(np.linspace([1.5, 2.0, 2.5], [1.7, 2.0, 2.1], TIMES.size))
+    finer = direct(np.linspace([9.0, 9.0, 9.0], [1.701, 2.002, 2.1], 5))
+    found = closure.refinement_difference(closure.with_refinement(coarse, finer))
+    assert found == pytest.approx(3e-3)
 
 
 def test_without_time_after_the_start_up_there_is_nothing_to_compare():

@@ -25,6 +25,7 @@ from viscotrain.meshes import Geometry
 from viscotrain.simulation import Report, solutions, triplet
 from viscotrain.trains import chain_motion
 
+REFINEMENT = 0.7  # element sizes over the default ones
 TOLERANCE = 1e-9  # of the model's distances, in d
 
 
@@ -85,6 +86,44 @@ def with_model(trajectory: xr.Dataset, velocities: TripletVelocities, start: flo
             {"long_name": "distance of neighbours by the train model, over diameter", "units": "1"},
         )
     )
+
+
+def refined(study: Study) -> Study:
+    """The study with smaller elements, and time steps of a tenth of the error."""
+    dns, steps = study.dns, study.dns.transient
+    finer = {
+        "sphere_elements": round(dns.sphere_elements / REFINEMENT),
+        "axis_size": dns.axis_size * REFINEMENT,
+        "wall_size": dns.wall_size * REFINEMENT,
+        "transient": steps.model_copy(
+            update={
+                name: getattr(steps, name) / 10
+                for name in ("common_tolerance", "relative_tolerance", "distance_tolerance")
+            }
+        ),
+    }
+    return study.model_copy(update={"dns": dns.model_copy(update=finer)})
+
+
+def with_refinement(trajectory: xr.Dataset, finer: xr.Dataset) -> xr.Dataset:
+    """A direct simulation with the distances at its end of a more accurate one."""
+    return trajectory.assign(
+        refined_distance=(
+            "gap",
+            finer["distance"].values[-1],
+            {
+                "long_name": "distance of neighbours at the end, over diameter, with smaller "
+                "elements and time steps",
+                "units": "1",
+            },
+        )
+    )
+
+
+def refinement_difference(trajectory: xr.Dataset) -> float:
+    """Largest change by refinement of a distance to the trailing sphere at the end, in d."""
+    change = trajectory["refined_distance"] - trajectory["distance"].isel(time=-1)
+    return float(np.abs(change.cumsum("gap")).max())
 
 
 def error_at_gap(study: Study, gap: float, report: Report) -> pd.DataFrame:

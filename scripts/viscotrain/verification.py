@@ -29,12 +29,13 @@ from viscotrain.config import Study
 from viscotrain.errors import SolutionError
 from viscotrain.interpolation import PARTICLES
 from viscotrain.meshes import Geometry
-from viscotrain.simulation import Report, solutions, triplet
+from viscotrain.simulation import Report, goes_beyond, solutions, triplet
 from viscotrain.trajectories import flow_maker, time_options
 from viscotrain.transient import Transient
 
 CHECK_TIMES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  # after the start, in lambda_1
 MESH_FACTORS = (1.4, 1.0, 0.7, 0.5)
+FINEST_BEYOND = 0.7  # of them, in a study with the mesh of high Deborah numbers
 ORDER_CHANGES = (-1, 0, 1, 2)
 BOX_FACTORS = (0.5, 0.75, 1.0, 1.5)
 STEPS = (10, 20, 40, 80)  # per relaxation time
@@ -59,7 +60,9 @@ def compare_start_up(study: Study, trajectory: xr.Dataset, report: Report) -> xr
     lambda_1 = float(trajectory["deborah_longest_mode"])
     end = float(trajectory["time"][-1]) / lambda_1
     wanted = [time for time in CHECK_TIMES if time <= end * (1 + 1e-9)]
-    instants = [int(np.abs(trajectory["time"] / lambda_1 - time).argmin()) for time in wanted]
+    instants = [
+        int(np.abs(trajectory["time"].values / lambda_1 - time).argmin()) for time in wanted
+    ]
     velocities = []
     for n in instants:
         now = trajectory.isel(time=n)
@@ -121,7 +124,8 @@ def settings(study: Study, kind: str) -> Iterator[tuple[float, bool, Study]]:
         )
 
     if kind == "mesh":
-        for factor in MESH_FACTORS:
+        finest = FINEST_BEYOND if goes_beyond(study) else min(MESH_FACTORS)
+        for factor in (factor for factor in MESH_FACTORS if factor >= finest):
             yield factor, factor == 1, changed(_sized(dns, factor), _sized(high, factor))
     elif kind == "order":
         for change in ORDER_CHANGES:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from viscotrain.closure import largest_difference
+from viscotrain.closure import largest_difference, refinement_difference
 from viscotrain.figures import BLUE, GREY, MARKERS, PAGE, VERMILLION, Drawing, styled
 from viscotrain.table import PAIRS
 from viscotrain.verification import (
@@ -287,7 +287,12 @@ def accuracy(
         what = f"train model, {train.sizes['sphere']} spheres"
         then = f"direct simulation until {float(train['time'][-1]):g} D/Ubar"
         difference = largest_difference(train)
-        lines.append(f"| {what} | {then} | {float(train['deborah']):g} | {difference:.2g} d |")
+        De = float(train["deborah"])
+        lines.append(f"| {what} | {then} | {De:g} | {difference:.2g} d |")
+        if "refined_distance" in train:
+            finer = "the same with smaller elements and time steps"
+            change = refinement_difference(train)
+            lines.append(f"| {then}, at its end | {finer} | {De:g} | {change:.1e} d |")
     if len(spacing):
         worst = spacing.assign(error=spacing["error"].abs()).groupby(["deborah", "gap"])["error"]
         for (De, gap), error in worst.max().items():

@@ -1,0 +1,38 @@
+"""Take the accuracy statement of the README from the verification of a study.
+
+    python scripts/readme_accuracy.py results/demo/verification
+
+keeps the statement and the numbers behind it in `tests/verification/`, and puts the statement into
+README.md between its two markers. Without an argument it puts there what is kept.
+"""
+
+import argparse
+import shutil
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "tests" / "verification"
+BEGIN, END = "<!-- accuracy: begin -->\n", "<!-- accuracy: end -->\n"
+
+
+def main(folder: Path | None, readme: Path):
+    """Keep the results of a verification, if there are new ones, and write the README."""
+    if folder:
+        KEPT.mkdir(exist_ok=True)
+        for path in [folder / "accuracy.md", *folder.glob("*.csv")]:
+            shutil.copyfile(path, KEPT / path.name)
+    readme.write_text(with_statement(readme.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def with_statement(text: str) -> str:
+    """The text of the README with the kept statement between the markers."""
+    before, _, rest = text.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    statement = (KEPT / "accuracy.md").read_text(encoding="utf-8")
+    return f"{before}{BEGIN}\n{statement}\n{END}{after}"
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folder", nargs="?", type=Path, help="results/<study>/verification")
+    main(parser.parse_args().folder, ROOT / "README.md")

@@ -1,0 +1,33 @@
+"""The accuracy statement of the README is that of the verification, and follows from its numbers."""
+
+from pathlib import Path
+
+import pandas as pd
+from readme_accuracy import KEPT, with_statement
+
+from viscotrain.verification import KINDS, observed_orders, with_errors
+
+README = Path(__file__).parents[1] / "README.md"
+
+
+def test_readme_holds_the_kept_statement():
+    text = README.read_text(encoding="utf-8")
+    assert with_statement(text) == text
+
+
+def test_kept_statement_follows_from_the_kept_numbers():
+    statement = (KEPT / "accuracy.md").read_text(encoding="utf-8")
+    for kind in KINDS:
+        rows = pd.read_csv(KEPT / f"{kind}.csv").drop(columns="error")
+        for row in observed_orders(with_errors(rows, kind), kind).itertuples():
+            assert f"| {row.deborah:g} | {row.default_error:.1e} Ubar" in statement
+
+
+def test_requirements_on_the_default_settings_are_met():
+    """Relative velocities converged to 1e-5 Ubar at De 1 and 5, Newtonian ones to 1e-7."""
+    for kind in ("mesh", "order", "box"):
+        table = with_errors(pd.read_csv(KEPT / f"{kind}.csv").drop(columns="error"), kind)
+        default = table[table["default"]].groupby("deborah")["error"].max()
+        assert default[0.0] < 1e-7
+        assert default[1.0] < 1e-5
+        assert default[5.0] < 1e-5
