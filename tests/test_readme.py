@@ -1,4 +1,4 @@
-"""The accuracy statement of the README is that of the verification, and follows from its numbers."""
+"""The accuracy statement of the README: that of the verification, from the kept numbers."""
 
 from pathlib import Path
 
