@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from viscotrain.closure import largest_difference, refinement_difference
-from viscotrain.figures import BLUE, GREY, MARKERS, PAGE, VERMILLION, Drawing, styled
+from viscotrain.figures import BLUE, GREY, MARKERS, PAGE, STYLE, VERMILLION, Drawing, styled
 from viscotrain.table import PAIRS
 from viscotrain.verification import (
     NOISE,
@@ -69,7 +69,7 @@ def start_up(comparisons: Sequence[xr.Dataset]) -> Drawing:
         decay.semilogy(checked, np.maximum(difference, NOISE / 100), **marker, **style)
         over.semilogy(float(comparison["deborah"]), difference[-1], ls="", **marker, **style)
     together.set_ylabel(r"velocity of the middle sphere [$\bar U$]")
-    decay.set_ylabel("difference of relative velocities,\ntransient and quasi-steady [$\\bar U$]")
+    decay.set_ylabel("|transient - quasi-steady|,\nrelative velocity [$\\bar U$]")
     over.set_ylabel("the same at the end [$\\bar U$]")
     over.set_xlabel("De")
     over.axhline(5e-5, color=GREY, lw=0.8, ls="--")
@@ -142,23 +142,21 @@ def _start_up_data(comparisons: Sequence[xr.Dataset]) -> pd.DataFrame:
 @styled
 def closure(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> Drawing:
     """A short train, directly and by the model, and the error of the closure over the spacing."""
-    columns = max(len(trains), 2)
     figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
-    grid = figure.add_gridspec(2, columns, height_ratios=[1.2, 1])
-    top = [figure.add_subplot(grid[0, n]) for n in range(len(trains))]
+    upper, lower = figure.add_gridspec(2, 1, height_ratios=[1.2, 1])
+    top = list(upper.subgridspec(1, len(trains)).subplots(squeeze=False)[0])
     for n, (train, axes) in enumerate(zip(trains, top, strict=True)):
         if n:
             axes.sharey(top[0])
         _draw_train(axes, train)
-    top[0].set_ylabel("position behind-to-front,\n$(z_i - z_1)/d$")
+    top[0].set_ylabel("distance to the trailing sphere,\n$(z_i - z_1)/d$")
     figure.legend(
         [Line2D([], [], color=BLUE), Line2D([], [], color="black", ls="--")],
         ["all spheres simulated directly", "train model, two neighbours each"],
         loc="outside upper center",
         ncols=2,
     )
-    half = columns // 2
-    error, share = figure.add_subplot(grid[1, :half]), figure.add_subplot(grid[1, half:])
+    error, share = lower.subgridspec(1, 2).subplots()
     deborahs = sorted(spacing["deborah"].unique())
     for n, (De, colour) in enumerate(zip(deborahs, _colours(len(deborahs)), strict=True)):
         part = spacing[spacing["deborah"] == De]
@@ -216,7 +214,7 @@ def convergence(rows: pd.DataFrame, kind: str) -> Drawing:
         part = fixed[fixed["deborah"] == De]
         for n, (point, own) in enumerate(part.groupby(["sp", "sf"])):
             own = own[own["error"] > 0]
-            label = "$(s_p, s_f)$ = ({:g}, {:g})".format(*point)
+            label = "$(s_p, s_f)$ = ({:g}, {:g})".format(*point).replace("inf", "\N{INFINITY}")
             axes.plot(own["value"], own["error"], marker=MARKERS[n], ms=4, label=label)
         if kind in ("mesh", "time_step"):
             axes.set_xscale("log")
@@ -228,9 +226,8 @@ def convergence(rows: pd.DataFrame, kind: str) -> Drawing:
         axes.set_yscale("log")
         axes.axhline(NOISE, color=GREY, lw=0.8, ls="--")
         found = orders.loc[De, "observed"]
-        text = "below the noise" if np.isnan(found) else f"{LABELS[kind][1]} {found:.2g}"
+        text = "too close to the noise" if np.isnan(found) else f"{LABELS[kind][1]} {found:.2g}"
         axes.set_title(f"De = {De:g}: {text}")
-        axes.set_xlabel(LABELS[kind][0])
         default = table[table["default"] & (table["deborah"] == De)]
         if (default["value"] > 0).all():
             axes.axvline(default["value"].iloc[0], color=GREY, lw=0.8, ls=":")
@@ -239,12 +236,13 @@ def convergence(rows: pd.DataFrame, kind: str) -> Drawing:
     for axes in panels[len(deborahs) :]:
         axes.set_axis_off()
     panels[0].set_ylabel("error of relative velocities [$\\bar U$]")
+    figure.supxlabel(LABELS[kind][0], fontsize=STYLE["axes.labelsize"])
     handles, labels = panels[0].get_legend_handles_labels()
     handles += [Line2D([], [], color=GREY, lw=0.8, ls=style) for style in (":", "--")]
     figure.legend(
         handles,
         [*labels, "default", r"$10^{-6}\,\bar U$"],
-        loc="outside lower center",
+        loc="outside upper center",
         ncols=5,
     )
     return Drawing(figure, table)
