@@ -43,10 +43,14 @@ RESULTS = f"results/{STUDY.study}"
 FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
 
 
+report: "workflow/report/study.rst"
+
+
 rule all:
     default_target: True
     input:
         f"{RESULTS}/summary.txt",
+        f"{RESULTS}/interactive.html",
 
 
 include: "workflow/rules/fluid_fit.smk"
@@ -59,6 +63,7 @@ include: "workflow/rules/design_map.smk"
 include: "workflow/rules/rheology.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
+include: "workflow/rules/interactive.smk"
 include: "workflow/rules/verification.smk"
 
 

@@ -25,8 +25,9 @@ def main(
     movies: Sequence[str],
     maps: Sequence[str],
     output: str,
+    config: str | None = None,
 ):
-    """Write the summary and print it."""
+    """Write the summary and print it; also the resolved config, as the table holds it."""
     velocities = xr.load_dataset(velocity_table)
     points, missing = velocities["status"].size, len(list(table.holes(velocities)))
     cpu = sum(pd.read_csv(path)["cpu_seconds"].sum() for path in timing)
@@ -55,6 +56,8 @@ def main(
     text = "\n".join(lines)
     Path(output).write_text(text + "\n", encoding="utf-8")
     print(text)
+    if config:
+        Path(config).write_text(velocities.attrs["study_config"], encoding="utf-8")
 
 
 def _command_line():
@@ -80,7 +83,7 @@ if "snakemake" in globals():
             snakemake.input.figures,  # noqa: F821
             snakemake.input.movies,  # noqa: F821
             snakemake.input.design_map,  # noqa: F821
-            snakemake.output[0],  # noqa: F821
+            *snakemake.output,  # noqa: F821
         )
 elif __name__ == "__main__":
     _command_line()

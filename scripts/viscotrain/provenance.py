@@ -31,6 +31,7 @@ FLUID_FIT = ("fluid", "fluid_data", "fluid_fit", "pipe", "rheology")  # ... the 
 TABLE = ("interpolation", "table")  # ... the table, given those
 TRAINS = ("interpolation", "trains")  # ... the trains, given the table
 MOVIES = ("movies",)  # ... movies, given trains
+INTERACTIVE = ("interactive", "interpolation")  # ... the page for the browser
 DESIGN_MAP = ("design_map", "fluid", "pipe")  # ... the map, given its trains
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")
 

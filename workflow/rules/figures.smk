@@ -19,7 +19,13 @@ FIGURES = [
 
 rule schematic:
     output:
-        multiext(f"{RESULTS}/figures/schematic", ".png", ".pdf", ".nc"),
+        report(
+            f"{RESULTS}/figures/schematic.png",
+            caption="../report/schematic.rst",
+            category="Study",
+            labels={"figure": "schematic"},
+        ),
+        multiext(f"{RESULTS}/figures/schematic", ".pdf", ".nc"),
     log:
         f"{RESULTS}/logs/figures/schematic.log",
     conda:
@@ -37,12 +43,13 @@ rule relative_velocities:
         f"{RESULTS}/table/velocity_table.nc",
         **FITTED_FLUID,
     output:
-        multiext(
-            f"{RESULTS}/figures/relative_velocities_De{{deborah}}",
-            ".png",
-            ".pdf",
-            ".nc",
+        report(
+            f"{RESULTS}/figures/relative_velocities_De{{deborah}}.png",
+            caption="../report/relative_velocities.rst",
+            category="Velocities",
+            labels={"figure": "relative velocities", "De": "{deborah}"},
         ),
+        multiext(f"{RESULTS}/figures/relative_velocities_De{{deborah}}", ".pdf", ".nc"),
     log:
         f"{RESULTS}/logs/figures/relative_velocities_De{{deborah}}.log",
     conda:
@@ -60,7 +67,13 @@ rule pair_velocity:
         f"{RESULTS}/table/velocity_table.nc",
         **FITTED_FLUID,
     output:
-        multiext(f"{RESULTS}/figures/pair_velocity", ".png", ".pdf", ".csv"),
+        report(
+            f"{RESULTS}/figures/pair_velocity.png",
+            caption="../report/pair_velocity.rst",
+            category="Velocities",
+            labels={"figure": "pair", "De": "all"},
+        ),
+        multiext(f"{RESULTS}/figures/pair_velocity", ".pdf", ".csv"),
     log:
         f"{RESULTS}/logs/figures/pair_velocity.log",
     conda:
@@ -78,7 +91,16 @@ rule stress_field:
         f"{RESULTS}/dns/field.nc",
         **FITTED_FLUID,
     output:
-        multiext(f"{RESULTS}/figures/stress_field", ".png", ".pdf", ".nc"),
+        report(
+            f"{RESULTS}/figures/stress_field.png",
+            caption="../report/stress_field.rst",
+            category="Velocities",
+            labels={
+                "figure": "mesh and stress",
+                "De": f"{STUDY.field_point().deborah:g}",
+            },
+        ),
+        multiext(f"{RESULTS}/figures/stress_field", ".pdf", ".nc"),
     log:
         f"{RESULTS}/logs/figures/stress_field.log",
     conda:
@@ -94,9 +116,14 @@ rule spacing_or_train:
         f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
         **FITTED_FLUID,
     output:
+        report(
+            f"{RESULTS}/figures/{{kind}}_De{{deborah}}_phi{{volume_fraction}}.png",
+            caption="../report/spacing_or_train.rst",
+            category="Trains",
+            labels={"figure": "{kind}", "De": "{deborah}", "phi": "{volume_fraction}"},
+        ),
         multiext(
             f"{RESULTS}/figures/{{kind}}_De{{deborah}}_phi{{volume_fraction}}",
-            ".png",
             ".pdf",
             ".nc",
         ),
@@ -117,9 +144,18 @@ rule stations:
         f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}.nc",
         **FITTED_FLUID,
     output:
+        report(
+            f"{RESULTS}/figures/stations_De{{deborah}}_phi{{volume_fraction}}.png",
+            caption="../report/stations.rst",
+            category="Trains",
+            labels={
+                "figure": "cameras",
+                "De": "{deborah}",
+                "phi": "{volume_fraction}",
+            },
+        ),
         multiext(
             f"{RESULTS}/figures/stations_De{{deborah}}_phi{{volume_fraction}}",
-            ".png",
             ".pdf",
             ".nc",
         ),
@@ -138,7 +174,13 @@ rule map_figure:
         f"{RESULTS}/design_map/design_map.nc",
         **FITTED_FLUID,
     output:
-        multiext(f"{RESULTS}/figures/{{name}}", ".png", ".pdf", ".csv"),
+        report(
+            f"{RESULTS}/figures/{{name}}.png",
+            caption="../report/map_figure.rst",
+            category="Design",
+            labels={"figure": "{name}"},
+        ),
+        multiext(f"{RESULTS}/figures/{{name}}", ".pdf", ".csv"),
     log:
         f"{RESULTS}/logs/figures/{{name}}.log",
     wildcard_constraints:

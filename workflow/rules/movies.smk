@@ -28,7 +28,17 @@ rule movies:
         f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}.nc",
         **FITTED_FLUID,
     output:
-        directory(f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}"),
+        report(
+            directory(f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}"),
+            patterns=["{name}.mp4"],
+            caption="../report/movies.rst",
+            category="Trains",
+            labels={
+                "figure": "movie, {name}",
+                "De": "{deborah}",
+                "phi": "{volume_fraction}",
+            },
+        ),
     log:
         f"{RESULTS}/logs/movies/De{{deborah}}_phi{{volume_fraction}}.log",
     conda:

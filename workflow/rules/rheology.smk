@@ -5,7 +5,13 @@ rule rheology:
     input:
         **(FITTED_FLUID | {"fit": f"{RESULTS}/fluid_fit/fit.nc"} if MEASURED else {}),
     output:
-        multiext(f"{RESULTS}/figures/rheology", ".png", ".pdf", ".csv"),
+        report(
+            f"{RESULTS}/figures/rheology.png",
+            caption="../report/rheology.rst",
+            category="Study",
+            labels={"figure": "fluid"},
+        ),
+        multiext(f"{RESULTS}/figures/rheology", ".pdf", ".csv"),
     log:
         f"{RESULTS}/logs/figures/rheology.log",
     conda:

@@ -10,7 +10,18 @@ rule summary:
         figures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES),
         timing=[f"{RESULTS}/{name.format(kind='timing/')}.csv" for name in SIMULATIONS],
     output:
-        f"{RESULTS}/summary.txt",
+        report(
+            f"{RESULTS}/summary.txt",
+            caption="../report/summary.rst",
+            category="Study",
+            labels={"figure": "summary"},
+        ),
+        report(
+            f"{RESULTS}/config.yaml",
+            caption="../report/config.rst",
+            category="Study",
+            labels={"figure": "config with all defaults"},
+        ),
     log:
         f"{RESULTS}/logs/summary.log",
     conda:

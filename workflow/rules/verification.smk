@@ -126,9 +126,23 @@ rule verification_report:
         expand(
             f"{RESULTS}/verification/{{report}}{{end}}",
             report=REPORTS,
-            end=[".png", ".pdf", ".csv"],
+            end=[".pdf", ".csv"],
         ),
-        accuracy=f"{RESULTS}/verification/accuracy.md",
+        [
+            report(
+                f"{RESULTS}/verification/{name}.png",
+                caption=f"../report/{'convergence' if name in CONVERGENCE else name}.rst",
+                category="Verification",
+                labels={"figure": name.replace("_", " ")},
+            )
+            for name in REPORTS
+        ],
+        accuracy=report(
+            f"{RESULTS}/verification/accuracy.md",
+            caption="../report/accuracy.rst",
+            category="Verification",
+            labels={"figure": "all errors"},
+        ),
     log:
         f"{RESULTS}/logs/verification/report.log",
     conda:
