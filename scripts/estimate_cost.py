@@ -44,6 +44,7 @@ SAMPLED = 8  # geometries whose mesh is made to count unknowns; the cost of the 
 START_UP = 2.0  # CPU seconds of a job that imports everything
 FIGURE = 3.0  # CPU seconds of a figure
 FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
+TRANSIENT = 20.0  # start-ups of all De of a geometry over its quasi-steady solution
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 1500.
 TRAIN = {"a": 5.5e-4, "b": 7.5e-7}
@@ -225,6 +226,8 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     """Cost of the work that is left."""
     model = CostModel(measured)
     each = [flow_seconds(study, unknowns(study, *g), model, own) for g in sample_of(work)]
+    if study.dns.method == "transient":
+        each = [seconds * TRANSIENT for seconds in each]
     mean = float(np.mean(each)) if each else 0.0
     trains = [train_seconds(study, phi, study.trains) for _, phi in work.trains_left]
     films = study.movie_conditions()

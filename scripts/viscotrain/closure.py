@@ -163,7 +163,7 @@ def error_at_gap(study: Study, gap: float, report: Report) -> pd.DataFrame:
 
 
 def _velocities(study: Study, geometry: Geometry, up_to: float):
-    """(De, U) of all spheres; not lazily, since both simulations share nothing."""
+    """De and the quasi-steady U of all spheres, ascending, up to a De of the config."""
     for De, solution in solutions(study, geometry, up_to):
         if not solution.solved:
             raise SolutionError(f"De {De:g}: {solution.convergence.reason}")
