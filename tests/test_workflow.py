@@ -43,6 +43,7 @@ AFTER_DNS = {
     "pair_velocity": 1,
     "relative_velocities": 1,
     "spacing_or_train": 2,
+    "interactive": 1,
     "summary": 1,
     "all": 1,
 }
@@ -323,6 +324,7 @@ def test_other_trains_simulate_no_flow(finished):
         "stations": 1,
         "schematic": 1,
         "spacing_or_train": 2,
+        "interactive": 1,
         "summary": 1,
         "all": 1,
     }
