@@ -80,6 +80,11 @@ def test_each_kind_varies_one_thing():
             assert changed == (set() if default else allowed)
 
 
+def test_no_order_is_below_the_lowest():
+    tiny = load_study(CONFIG / "tiny.yaml")
+    assert [order for order, _, _ in settings(tiny, "order")] == [2, 3, 4]
+
+
 def comparison(sp=1.5, deborah=5.0):
     """Transient relative velocities 1e-5 above the quasi-steady ones at the end."""
     spheres = ["trailing", "middle", "leading"] if np.isfinite(sp) else ["middle", "leading"]

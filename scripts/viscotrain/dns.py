@@ -110,7 +110,7 @@ def solve(flow: Flow, deborahs: Sequence[float], options: SolverOptions) -> Iter
 
 
 def _scout(flow: Flow, options: SolverOptions) -> "_Continuation | None":
-    if flow.velocity_order == LOWEST_ORDER:
+    if flow.velocity_order <= LOWEST_ORDER:
         return None
     lower = flow.variant(flow.fluid, flow.velocity_order - 1)
     options = replace(options, tolerance=SCOUT_TOLERANCE, high_deborah=math.inf)

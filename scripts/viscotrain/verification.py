@@ -26,6 +26,7 @@ import pandas as pd
 import xarray as xr
 
 from viscotrain.config import Study
+from viscotrain.dns import LOWEST_ORDER
 from viscotrain.errors import SolutionError
 from viscotrain.interpolation import PARTICLES
 from viscotrain.meshes import Geometry
@@ -134,7 +135,8 @@ def settings(study: Study, kind: str) -> Iterator[tuple[float, bool, Study]]:
                 for name in ("velocity_order", "moderate_velocity_order")
             }
             order = dns.velocity_order + change
-            yield order, change == 0, changed({"velocity_order": order}, orders)
+            if min(order, *orders.values()) >= LOWEST_ORDER:
+                yield order, change == 0, changed({"velocity_order": order}, orders)
     elif kind == "box":
         for factor in BOX_FACTORS:
             margin = factor * dns.margin
