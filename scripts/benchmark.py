@@ -26,11 +26,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from ngsolve import SetNumThreads
 
 from viscotrain import flow, newton, simulation
 from viscotrain.command import reporting
 from viscotrain.config import Study, geometry_name, load_study
+from viscotrain.process import use_one_core
 
 ROOT = Path(__file__).parents[1]
 SPHERE_DEBORAHS = (0.1, 0.5, 1.0, 2.0, 5.0)
@@ -263,7 +263,7 @@ def triplets(study: Study, geometries: int | None, imports: float) -> pd.DataFra
 
 def main(studies: list[Study], geometries: int | None, output: str | None):
     """Measure, print, and write the costs; the sphere is one of the first study's fluid."""
-    SetNumThreads(1)
+    use_one_core()
     imports = start_up()
     costs = pd.concat([triplets(study, geometries, imports) for study in studies])
     if output:

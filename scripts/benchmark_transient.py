@@ -19,10 +19,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from ngsolve import SetNumThreads
 
 from viscotrain.command import reporting
 from viscotrain.config import Study, load_study, parse_distance
+from viscotrain.process import use_one_core
 from viscotrain.simulation import solutions, triplet
 from viscotrain.trajectories import flow_maker, start_up_time, time_options
 from viscotrain.transient import Instant, Transient
@@ -44,7 +44,7 @@ def relative(instant: Instant) -> np.ndarray:
 
 def main(study: Study, sp: float, sf: float, deborah: float):
     """Measure and print."""
-    SetNumThreads(1)
+    use_one_core()
     lambda_1 = study.deborah_longest_mode(deborah)
     values = study.deborah.model_copy(update={"values": (deborah,)})
     alone = study.model_copy(update={"deborah": values})

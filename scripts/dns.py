@@ -11,8 +11,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 
 from pathlib import Path
 
-from ngsolve import SetNumThreads
-
 from viscotrain import datasets
 from viscotrain.command import reporting
 from viscotrain.config import (
@@ -22,12 +20,13 @@ from viscotrain.config import (
     parse_study,
     with_fitted_fluid,
 )
+from viscotrain.process import use_one_core
 from viscotrain.simulation import simulate
 
 
 def main(study: Study, sp: float, sf: float, output: str, timing: str | None = None):
     """Solve, write the dataset and, beside it, the CPU time."""
-    SetNumThreads(1)
+    use_one_core()
     folder = Path(output).with_suffix("") if study.dns.save_fields else None
     result, seconds = simulate(study, sp, sf, report=print, vtu_folder=folder)
     datasets.write(result, output)

@@ -8,17 +8,17 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolve are imported
 
-from ngsolve import SetNumThreads
 
 from viscotrain import datasets
 from viscotrain.command import reporting
 from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.process import use_one_core
 from viscotrain.simulation import field
 
 
 def main(study: Study, output: str):
     """Solve the point that the config names and write its fields."""
-    SetNumThreads(1)
+    use_one_core()
     point = study.field_point()
     datasets.write(field(study, point.sp, point.sf, point.deborah, report=print), output)
 

@@ -12,7 +12,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 from pathlib import Path
 
 import pandas as pd
-from ngsolve import SetNumThreads
 
 from viscotrain import datasets
 from viscotrain.command import reporting
@@ -23,6 +22,7 @@ from viscotrain.config import (
     parse_study,
     with_fitted_fluid,
 )
+from viscotrain.process import use_one_core
 from viscotrain.simulation import triplet
 from viscotrain.trajectories import simulate, start_up_time
 
@@ -31,7 +31,7 @@ def main(
     study: Study, sp: float, sf: float, deborah: float, output: str, timing: str | None = None
 ):
     """Simulate, write the dataset and, beside it, the CPU time; a killed run goes on."""
-    SetNumThreads(1)
+    use_one_core()
     checkpoint = Path(output).with_name(Path(output).name + ".checkpoint.npz")
     checkpoint.parent.mkdir(parents=True, exist_ok=True)
     result, steps = simulate(

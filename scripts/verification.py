@@ -15,7 +15,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 from pathlib import Path
 
 import xarray as xr
-from ngsolve import SetNumThreads
 
 from viscotrain import closure, datasets, trajectories, verification
 from viscotrain.command import reporting
@@ -28,6 +27,7 @@ from viscotrain.config import (
 )
 from viscotrain.interpolation import VelocityTable
 from viscotrain.meshes import Geometry
+from viscotrain.process import use_one_core
 
 
 def start_up(study: Study, output: Path, trajectory: str):
@@ -94,14 +94,14 @@ def _command_line():
     names = ("input", "kind", "sp", "sf", "deborah", "gap")
     values = [given[name] for name in names if given[name] is not None]
     with reporting():
-        SetNumThreads(1)
+        use_one_core()
         study = with_fitted_fluid(load_study(given["configfile"]))
         WORK[given["work"]](study, given["output"], *values)
 
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
-        SetNumThreads(1)
+        use_one_core()
         wildcards = snakemake.wildcards  # noqa: F821
         values = {
             name: value if name == "kind" else float(value) for name, value in wildcards.items()

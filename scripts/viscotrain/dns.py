@@ -29,7 +29,7 @@ from viscotrain.fluid import NEWTONIAN
 NEWTONIAN_ORDER = 6  # of the velocity, at least
 LOOSE = 1e3  # tolerance of the steps between the De asked for, in units of the final one
 LOWEST_ORDER = 2  # of the velocity
-SCOUT_TOLERANCE = 1e-4  # its solutions are guesses
+SCOUT_TOLERANCE = 1e-2  # its solutions are guesses, and the order changes them by more
 HISTORY = 3  # solutions that a guess is extrapolated from
 DEBORAH_OF_ELASTICITY = 0.5  # De_0: the coordinate of the continuation is linear in De below it
 SMALLEST_STEP = 1e-2  # in that coordinate; a continuation that needs smaller ones has failed
