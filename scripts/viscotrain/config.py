@@ -308,7 +308,7 @@ class DnsConfig(_Section):
         gt=0,
         le=1e-4,
     )
-    max_iterations: int = _key("iterations of one De step before it is given up", default=20, ge=1)
+    max_iterations: int = _key("iterations of one De step before it is given up", default=40, ge=1)
     deborah_step: float = _key(
         "largest ratio of successive De in the continuation", default=3.0, gt=1
     )

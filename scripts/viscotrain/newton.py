@@ -1,8 +1,14 @@
 """Modified Newton iteration: one factorisation serves as long as the iteration contracts.
 
-A residual and a back substitution cost a tenth of a linearisation with its factorisation, so the
-matrix is kept while the present rate of contraction promises to end within `PATIENCE` updates, and
-from one solve to the next of the same `ModifiedNewton`.
+A residual and a back substitution cost a tenth of a linearisation with its factorisation. So after
+each update the next one is computed with the same matrix. If it is smaller by less than
+
+    |next| < (1 - step/4) |last|,
+
+the last update was too long: half of it is taken back, and again, until that holds (the natural
+monotonicity test; P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, sec. 3.3).
+Then the matrix is kept while the present rate of contraction promises to end within `PATIENCE`
+updates, and from one solve to the next of the same `ModifiedNewton`.
 """
 
 import math
@@ -10,11 +16,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import ngsolve
-import numpy as np
 from netgen.libngpy._meshing import NgException
 
 PATIENCE = 6  # updates with an old matrix that are cheaper than a new one
-STALL = 5  # iterations in which the update must have halved
+SHORTEST_STEP = 1 / 32  # share of an update
+STALL = 4  # factorisations in which the update must have halved
 DIVERGENCE = 1e3  # rms update at which the iteration is given up: unknowns are of order one
 
 
@@ -22,7 +28,8 @@ DIVERGENCE = 1e3  # rms update at which the iteration is given up: unknowns are 
 class Convergence:
     """How an iteration went: `reason` is empty if it converged.
 
-    `updates` and `residuals` hold the rms over the unknowns of each iteration.
+    `updates` and `residuals` hold the rms over the unknowns of each iteration, be its update
+    applied or not.
     """
 
     updates: list[float] = field(default_factory=list)
@@ -37,7 +44,7 @@ class Convergence:
 
     @property
     def iterations(self) -> int:
-        """Number of updates."""
+        """Number of residuals and back substitutions."""
         return len(self.updates)
 
     @property
@@ -72,12 +79,16 @@ class ModifiedNewton:
         Args:
             state: First guess, then solution.
             tolerance: Rms update at which the iteration has converged.
-            max_iterations: Updates before it is given up.
+            max_iterations: Residuals before it is given up.
             prepare: Called before each residual, to change what the form takes from the state.
         """
         result = Convergence()
-        residual, update = state.vec.CreateVector(), state.vec.CreateVector()
+        residual, update, last = (state.vec.CreateVector() for _ in range(3))
         root_of_size = math.sqrt(self._free.NumSet())
+        firsts = []  # rms of the first update with each matrix
+        step = 0.0  # share applied of `last`; 0: none with this matrix
+        fresh = False  # whether the matrix was made for `last`
+        last_size = math.nan
         for _ in range(max_iterations):
             prepare()
             self._form.Apply(state.vec, residual)
@@ -90,28 +101,55 @@ class ModifiedNewton:
                     result.reason = f"factorisation failed: {error}"
                     return result
                 result.factorisations += 1
+                step, fresh = 0.0, True
             update.data = self._inverse * residual
-            state.vec.data -= update
+            size = update.Norm() / root_of_size
             result.residuals.append(residual.Norm() / root_of_size)
-            result.updates.append(update.Norm() / root_of_size)
-            last = result.updates[-1]
-            if not np.isfinite(last) or last > DIVERGENCE:
-                self._inverse = None
-                result.reason = f"diverged: update {last:.1e} in iteration {result.iterations}"
+            result.updates.append(size)
+            if size < tolerance:
+                state.vec.data -= update
                 return result
-            if last < tolerance:
-                return result
-            if result.iterations > STALL and last > min(result.updates[:-STALL]) / 2:
+            if step == 0:
+                firsts.append(size)
+                if reason := _hopeless(firsts):
+                    return self._give_up(result, reason)
+            elif not size < (1 - step / 4) * last_size:
+                if not fresh:
+                    self._inverse = None
+                elif step > SHORTEST_STEP:
+                    step /= 2
+                    state.vec.data += step * last
+                else:
+                    return self._give_up(result, "stuck")
+                continue
+            elif step < 1:
                 self._inverse = None
-                result.reason = f"stalled: update {last:.1e} in iteration {result.iterations}"
-                return result
-            if result.iterations > 1 and _updates_to_go(result.updates, tolerance) > PATIENCE:
+                continue
+            elif _updates_to_go(last_size, size, tolerance) > PATIENCE:
                 self._inverse = None
-        result.reason = f"update {last:.1e} above {tolerance:.1e} after {max_iterations} iterations"
+            state.vec.data -= update
+            last.data = update
+            fresh = fresh and step == 0
+            step, last_size = 1.0, size
+        return self._give_up(result, f"no convergence to {tolerance:.1e}")
+
+    def _give_up(self, result: Convergence, reason: str) -> Convergence:
+        """The result with the reason; the matrix is of no further use."""
+        self._inverse = None
+        last = result.updates[-1]
+        result.reason = f"{reason}: update {last:.1e} in iteration {result.iterations}"
         return result
 
 
-def _updates_to_go(updates: list[float], tolerance: float) -> float:
+def _hopeless(firsts: list[float]) -> str:
+    """Why to give up, from the size of the first update with each matrix; empty to go on."""
+    if not firsts[-1] < DIVERGENCE:
+        return "diverged"
+    if len(firsts) > STALL and firsts[-1] > min(firsts[:-STALL]) / 2:
+        return "stalled"
+    return ""
+
+
+def _updates_to_go(before: float, last: float, tolerance: float) -> float:
     """Number of further updates at the present rate of contraction."""
-    rate = updates[-1] / updates[-2]
-    return math.log(tolerance / updates[-1]) / math.log(rate) if rate < 1 else math.inf
+    return math.log(tolerance / last) / math.log(last / before)
