@@ -44,7 +44,7 @@ SAMPLED = 8  # geometries whose mesh is made to count unknowns; the cost of the 
 START_UP = 2.0  # CPU seconds of a job that imports everything
 FIGURE = 3.0  # CPU seconds of a figure
 FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
-TRANSIENT = 20.0  # start-ups of all De of a geometry over its quasi-steady solution
+TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 1500.
 TRAIN = {"a": 5.5e-4, "b": 7.5e-7}
