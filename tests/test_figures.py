@@ -192,6 +192,16 @@ def test_pair_velocity_shows_curve_and_nodes_of_every_deborah_number(table):
         assert word in words
 
 
+def test_pair_velocity_has_bands_of_the_interpolation_error(table):
+    axes = figures.pair_velocity(table, BETA).figure.axes[0]
+    bands = [band.get_paths()[0].get_extents() for band in axes.collections]
+    assert len(bands) == len(DEBORAH)
+    for band in bands:
+        assert band.x0 >= figures.distance_coordinate(min(DEMO_NODES)) - 1e-12
+    exact = table.drop_vars([name for name in table.variables if name.startswith("check")])
+    assert not figures.pair_velocity(exact, BETA).figure.axes[0].collections
+
+
 def test_pair_velocity_of_a_table_with_holes_has_crosses_and_no_curve(table_with_holes):
     figure, data = figures.pair_velocity(table_with_holes, BETA)
     own = data[data["deborah"] == 1.0]

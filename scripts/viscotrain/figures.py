@@ -429,6 +429,11 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
         curve, nodes, lost = (own[own["kind"] == kind] for kind in PAIR_KINDS)
         marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "color": colour}
         axes.plot(curve["x"], curve["y"], color=colour)
+        tabulated = curve[curve["distance_d"] >= velocities.smallest_distance]
+        error = _interpolation_error(table.isel(deborah=n)) / 10**power
+        if 0 < error < tabulated["y"].abs().max():  # else a pair alone does not move, by symmetry
+            edges = tabulated["y"] - error, tabulated["y"] + error
+            axes.fill_between(tabulated["x"], *edges, color=colour, alpha=0.2, lw=0)
         axes.plot(nodes["x"], nodes["y"], ls="", clip_on=False, zorder=3, **marker)
         cross = {"marker": "x", "ls": "", "color": colour, "ms": 7, "mew": 1.8}
         axes.plot(lost["x"], 0 * lost["x"], clip_on=False, zorder=4, **cross)
@@ -452,7 +457,8 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     axes.set(xlim=(0, 1), ylim=(low, high))
     axes.set_xlabel(
         "distance of the pair, centre to centre, $s$ [$d$]\n"
-        "(hatched: closer than the table, lubrication)"
+        "(hatched: closer than the table, lubrication;\n"
+        "bands: largest interpolation error found)"
     )
     axes.set_ylabel(f"velocity of the leading minus\nthe trailing sphere {_velocity_unit(power)}")
     _distance_axis(axes.xaxis)
