@@ -27,9 +27,8 @@ from viscotrain.flow import Flow, copy
 from viscotrain.fluid import NEWTONIAN
 
 NEWTONIAN_ORDER = 6  # of the velocity, at least
-LOOSE = 1e3  # tolerance of the steps between the De asked for, in units of the final one
 LOWEST_ORDER = 2  # of the velocity
-SCOUT_TOLERANCE = 1e-2  # its solutions are guesses, and the order changes them by more
+GUESS_TOLERANCE = 1e-2  # of solutions between the De asked for and in lower orders
 HISTORY = 3  # solutions that a guess is extrapolated from
 DEBORAH_OF_ELASTICITY = 0.5  # De_0: the coordinate of the continuation is linear in De below it
 SMALLEST_STEP = 1e-2  # in that coordinate; a continuation that needs smaller ones has failed
@@ -113,7 +112,7 @@ def _scout(flow: Flow, options: SolverOptions) -> "_Continuation | None":
     if flow.velocity_order <= LOWEST_ORDER:
         return None
     lower = flow.variant(flow.fluid, flow.velocity_order - 1)
-    options = replace(options, tolerance=SCOUT_TOLERANCE, high_deborah=math.inf)
+    options = replace(options, tolerance=GUESS_TOLERANCE, high_deborah=math.inf)
     return _Continuation(lower, options, scout=_scout(lower, options))
 
 
@@ -174,7 +173,7 @@ class _Continuation:
             if steps == 1:
                 trial = self._to(target, tolerance)
             else:
-                trial = self._to(here + step, LOOSE * tolerance)
+                trial = self._to(here + step, max(tolerance, GUESS_TOLERANCE))
             iterations += trial.iterations
             if not trial.converged:
                 self._step = step / 2
@@ -224,7 +223,7 @@ class _Continuation:
         known = [(at, self.flow.embed(vector, raised)) for at, vector in self._known]
         coordinate, last = known[-1]
         raised.state.vec.data = last
-        tolerance = LOOSE * self.options.tolerance
+        tolerance = GUESS_TOLERANCE
         convergence = _iterate(raised, _deborah(coordinate), tolerance, self.options.max_iterations)
         if convergence.converged:
             change = copy(raised.state.vec)
