@@ -102,32 +102,25 @@ def _made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
 
 def unknowns(study: Study, sp: float, sf: float) -> list[int]:
     """Unknowns of one geometry at every Deborah number of the study, in the order solved there."""
-    flow = simulation.make_flow(study, simulation.triplet(study, sp, sf))
+    geometry = simulation.triplet(study, sp, sf)
+    fluid = study.dimensionless_fluid
 
     @functools.cache
-    def count(fluid, order) -> int:
-        return flow.variant(fluid, order).space.ndof
+    def count(high: bool, newtonian: bool, order: int) -> int:
+        deborah = math.inf if high else 0.0
+        flow = simulation.make_flow(study, geometry, deborah)
+        return flow.variant(NEWTONIAN if newtonian else fluid, order).space.ndof
 
-    fluids = [NEWTONIAN if De == 0 else flow.fluid for De in study.deborah.values]
-    return list(map(count, fluids, orders(study)))
-
-
-def newtonian_order(study: Study) -> int:
-    """Order of De = 0."""
-    return max(simulation.moderate_order(study), dns.NEWTONIAN_ORDER)
+    return [
+        count(De > study.dns.high_deborah.above, De == 0, order)
+        for De, order in zip(study.deborah.values, orders(study), strict=True)
+    ]
 
 
 def orders(study: Study) -> list[int]:
     """Polynomial order at every Deborah number of the study."""
-    high = study.dns.high_deborah
-    return [
-        newtonian_order(study)
-        if De == 0
-        else high.velocity_order
-        if De > high.above
-        else simulation.moderate_order(study)
-        for De in study.deborah.values
-    ]
+    own = {De: simulation.resolution(study, De).velocity_order for De in study.deborah.values}
+    return [own[De] if De > 0 else max(own[De], dns.NEWTONIAN_ORDER) for De in own]
 
 
 class CostModel:

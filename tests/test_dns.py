@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from viscotrain import dns, newton
-from viscotrain.config import load_study
+from viscotrain.config import HighDeborahConfig, load_study
 from viscotrain.flow import Flow, copy
 from viscotrain.fluid import NEWTONIAN, DimensionlessFluid, Mode
 from viscotrain.meshes import Geometry, MeshOptions, make_mesh
@@ -148,7 +148,7 @@ def test_oldroyd_b_drag_on_a_sphere_in_a_two_to_one_tube():
 
 
 def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
-    flow = make_flow(DEMO, triplet(DEMO, math.inf, 1.5))
+    flow = make_flow(DEMO, triplet(DEMO, math.inf, 1.5), 0.5)
     (solution,) = dns.solve(flow, [0.5], solver_options(DEMO))
     assert solution.solved
     raised = flow.variant(hyaluronic_acid, 4)
@@ -162,8 +162,24 @@ def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
 
 
 def test_newtonian_fluid_without_modes_needs_no_conformation():
-    flow = make_flow(DEMO, triplet(DEMO, math.inf, math.inf)).variant(NEWTONIAN, 3)
+    flow = make_flow(DEMO, triplet(DEMO, math.inf, math.inf), 0.0).variant(NEWTONIAN, 3)
     assert flow.fields().psi == []
+
+
+def test_high_deborah_numbers_have_a_resolution_of_their_own():
+    """The mesh of high De is reached by way of the moderate ones, and gives what it gives alone."""
+    fine = {"velocity_order": 3, "sphere_elements": 12, "axis_size": 0.08, "wall_size": 0.2}
+    both = study(deborah=(0.5, 2.0), high_deborah=HighDeborahConfig(above=1.0, **fine))
+    alone = study(deborah=(2.0,), **fine)
+    pair = triplet(both, math.inf, 1.5)
+    (_, low), (_, high) = solutions(both, pair)
+    ((_, expected),) = solutions(alone, pair)
+    assert low.flow.velocity_order == both.dns.velocity_order
+    assert high.flow.space.ndof == expected.flow.space.ndof
+    assert high.velocities == pytest.approx(expected.velocities, abs=1e-8)
+    assert low.velocities == pytest.approx(
+        next(solutions(study(deborah=(0.5,)), pair))[1].velocities, abs=1e-12
+    )
 
 
 # ------------------------------------------------------------------------------------ continuation

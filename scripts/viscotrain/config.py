@@ -216,24 +216,15 @@ class TableConfig(_Section):
 
 
 class HighDeborahConfig(_Section):
-    """Resolution of a study beyond a Deborah number where stress strands and layers are thin."""
+    """Resolution beyond a Deborah number where stress strands and layers are thin."""
 
     above: float = _key(
-        "a study with a larger Deborah number, in its own definition, has the resolution of this "
-        "section",
+        "Deborah number, in the definition of the study, above which this section holds",
         symbol="De",
         default=10.0,
         gt=0,
     )
-    velocity_order: int = _key(
-        "polynomial order of the velocity above that Deborah number", default=4, ge=2, le=6
-    )
-    moderate_velocity_order: int = _key(
-        "polynomial order of the velocity up to that Deborah number, on the same mesh",
-        default=3,
-        ge=2,
-        le=6,
-    )
+    velocity_order: int = _key("polynomial order of the velocity", default=4, ge=2, le=6)
     sphere_elements: int = _key("elements along the half circle of a sphere", default=16, ge=4)
     axis_size: float = _key(
         "size of the elements on the axis", unit="D", default=0.04, gt=0, le=0.5

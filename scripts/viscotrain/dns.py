@@ -6,13 +6,16 @@ at a fixed point of the mesh is dropped: the stress has settled at the present d
 De = 0. The flow is Newtonian and linear; solved in high order, it is exact to 1e-7 at little cost.
 
 Continuation. Deborah numbers are solved in ascending order. The guess of a step extrapolates up to
-`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved. Above the De
-where stress layers and strands become thin, the order is higher, on the same mesh.
+`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved.
 
-Scouts. Up to that De an order is preceded by the order below on the same path, down to the second,
-at a small part of the cost. The solution of the lower order, plus what the higher one changed at
-the Deborah number before, is the guess of the higher one. Where a scout fails, or its guess does,
-the steps are taken in the order itself.
+Scouts. An order is preceded by the order below on the same path, down to the second, at a small
+part of the cost. The solution of the lower order, plus what the higher one changed at the Deborah
+number before, is the guess of the higher one. Where a scout fails, or its guess does, the steps are
+taken in the order itself.
+
+High De. Where stress layers and strands are thin a scout is of no use: what the order changes is as
+large as what De does. On a mesh that is made for high De the scout leads to the last moderate De;
+there the order changes, and what that changes is added to the solutions before it.
 """
 
 import math
@@ -39,8 +42,6 @@ EASY, HARD = 1, 2  # factorisations of a step: so few lengthen the next one, mor
 class SolverOptions:
     """Accuracy and convergence; meaning and defaults stand in `config.DnsConfig`."""
 
-    high_deborah: float
-    high_deborah_order: int
     tolerance: float
     max_iterations: int
     deborah_step: float
@@ -74,22 +75,29 @@ class Solution:
         return self.convergence.converged
 
 
-def solve(flow: Flow, deborahs: Sequence[float], options: SolverOptions) -> Iterator[Solution]:
+def solve(
+    flow: Flow,
+    deborahs: Sequence[float],
+    options: SolverOptions,
+    by_way_of: Sequence[float] = (),
+) -> Iterator[Solution]:
     """Solve the flow at ascending Deborah numbers.
 
     Ends after the first Deborah number that does not converge, which is yielded with the reason.
 
     Args:
-        flow: Geometry, mesh and fluid, in the order of moderate Deborah numbers.
+        flow: Geometry, mesh and fluid.
         deborahs: lambda_1 Ubar/D, ascending.
-        options: When to raise the order, and when an iteration has converged.
+        options: When an iteration has converged, and how far a step goes.
+        by_way_of: Smaller De that a scout leads through before the first one, for high De.
     """
     path = _Continuation(flow, options, scout=_scout(flow, options))
+    started = time.process_time()
+    before = path.pass_through(by_way_of) if by_way_of else 0
     for De in deborahs:
-        started = time.process_time()
         if De > 0:
             convergence, iterations = path.advance(De)
-            solver = path.flow
+            solver = flow
         else:
             solver = flow.variant(NEWTONIAN, max(flow.velocity_order, NEWTONIAN_ORDER))
             convergence = _iterate(solver, De, options.tolerance, options.max_iterations)
@@ -101,18 +109,19 @@ def solve(flow: Flow, deborahs: Sequence[float], options: SolverOptions) -> Iter
             velocities=solver.sphere_velocities() if solved else {},
             pressure_gradient=solver.pressure_gradient() if solved else math.nan,
             convergence=convergence,
-            iterations=iterations,
+            iterations=before + iterations,
             seconds=time.process_time() - started,
         )
         if not solved:
             return
+        started, before = time.process_time(), 0
 
 
 def _scout(flow: Flow, options: SolverOptions) -> "_Continuation | None":
     if flow.velocity_order <= LOWEST_ORDER:
         return None
     lower = flow.variant(flow.fluid, flow.velocity_order - 1)
-    options = replace(options, tolerance=GUESS_TOLERANCE, high_deborah=math.inf)
+    options = replace(options, tolerance=GUESS_TOLERANCE)
     return _Continuation(lower, options, scout=_scout(lower, options))
 
 
@@ -130,28 +139,38 @@ class _Continuation:
     def __init__(self, flow: Flow, options: SolverOptions, scout: "_Continuation | None" = None):
         self.flow, self.options = flow, options
         self._scout = scout
-        self._raised = False
         self._difference: ngsolve.BaseVector | None = None
         self._known: list[tuple[float, ngsolve.BaseVector]] = []
         self._step = self._longest_step = math.log(options.deborah_step)
 
-    def advance(self, De: float) -> tuple[newton.Convergence, int]:
-        """Go on to De, in higher order from `high_deborah` on; also the number of iterations."""
-        high, iterations = self.options.high_deborah, 0
-        if De > high and not self._raised:
-            convergence, iterations = self._go_on(high)
-            if convergence.converged:
-                convergence = self._raise_order()
-                iterations += convergence.iterations
-            if not convergence.converged:
-                return convergence, iterations
-        convergence, more = self._go_on(De)
-        return convergence, iterations + more
+    def pass_through(self, deborahs: Sequence[float]) -> int:
+        """Let the scout go through these, then do without it; returns the number of iterations.
 
-    def _go_on(self, De: float) -> tuple[newton.Convergence, int]:
-        """Go on to De in the present order: after the scout, or else in steps."""
-        if self._known and self._known[-1][0] == _coordinate(De):
-            return newton.Convergence(), 0
+        What it did not reach is left to the steps that follow.
+        """
+        total = 0
+        for De in deborahs:
+            if De > 0 and self._scout is not None:
+                convergence, iterations = self._scout.advance(De)
+                total += iterations
+                if not convergence.converged:
+                    break
+        self._replace_scout()
+        if not self._known:
+            return total
+        coordinate, guess = self._known[-1]
+        self.flow.state.vec.data = guess
+        limit = self.options.max_iterations
+        convergence = _iterate(self.flow, _deborah(coordinate), GUESS_TOLERANCE, limit)
+        if convergence.converged:
+            change = copy(self.flow.state.vec)
+            change -= guess
+            for _, vector in self._known:
+                vector += change
+        return total + convergence.iterations
+
+    def advance(self, De: float) -> tuple[newton.Convergence, int]:
+        """Go on to De: after the scout, or else in steps; also the number of iterations."""
         if self._scout is None:
             return self._walk(De)
         convergence, iterations = self._follow(self._scout, De)
@@ -215,22 +234,6 @@ class _Continuation:
                 self._step = min(self._step * 1.5, self._longest_step)
             elif convergence.factorisations > HARD:
                 self._step /= 1.5
-        return convergence
-
-    def _raise_order(self) -> newton.Convergence:
-        """Repeat the last step in higher order; what that changes is added to the steps before."""
-        raised = self.flow.variant(self.flow.fluid, self.options.high_deborah_order)
-        known = [(at, self.flow.embed(vector, raised)) for at, vector in self._known]
-        coordinate, last = known[-1]
-        raised.state.vec.data = last
-        tolerance = GUESS_TOLERANCE
-        convergence = _iterate(raised, _deborah(coordinate), tolerance, self.options.max_iterations)
-        if convergence.converged:
-            change = copy(raised.state.vec)
-            change -= last
-            for _, vector in known:
-                vector += change
-            self.flow, self._known, self._raised, self._scout = raised, known, True, None
         return convergence
 
     def _remember(self, coordinate: float):

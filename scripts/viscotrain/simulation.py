@@ -15,7 +15,13 @@ import pandas as pd
 import xarray as xr
 
 from viscotrain import dns, fields, provenance
-from viscotrain.config import Study, geometry_name, number_name
+from viscotrain.config import (
+    DnsConfig,
+    HighDeborahConfig,
+    Study,
+    geometry_name,
+    number_name,
+)
 from viscotrain.errors import FluidError, SolutionError
 from viscotrain.flow import Flow
 from viscotrain.interpolation import PARTICLES
@@ -44,17 +50,10 @@ OWN_ATTRIBUTES = {
 }
 
 
-def goes_beyond(study: Study) -> bool:
-    """Whether the study needs the resolution of high Deborah numbers."""
-    return study.deborah.values[-1] > study.dns.high_deborah.above
-
-
-def moderate_order(study: Study) -> int:
-    """Polynomial order of the velocity at Deborah numbers that are not high."""
-    settings = study.dns
-    if goes_beyond(study):
-        return settings.high_deborah.moderate_velocity_order
-    return settings.velocity_order
+def resolution(study: Study, deborah: float) -> DnsConfig | HighDeborahConfig:
+    """Section of the config with mesh sizes and order at one De of the study."""
+    high = study.dns.high_deborah
+    return high if deborah > high.above else study.dns
 
 
 def triplet(study: Study, sp: float, sf: float) -> Geometry:
@@ -62,25 +61,22 @@ def triplet(study: Study, sp: float, sf: float) -> Geometry:
     return Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
 
 
-def make_flow(study: Study, geometry: Geometry) -> Flow:
-    """Mesh and unknowns of one geometry, resolved for the largest Deborah number of the study."""
-    high, order = study.dns.high_deborah, moderate_order(study)
-    sizes = high if goes_beyond(study) else study.dns
+def make_flow(study: Study, geometry: Geometry, deborah: float) -> Flow:
+    """Mesh and unknowns of one geometry, resolved for one De of the study."""
+    sizes = resolution(study, deborah)
     options = MeshOptions(
         sphere_elements=sizes.sphere_elements,
         axis_size=sizes.axis_size,
         wall_size=sizes.wall_size,
         gap_elements=study.dns.gap_elements,
     )
-    mesh = make_mesh(geometry, options, max(order, high.velocity_order, dns.NEWTONIAN_ORDER))
-    return Flow(geometry, mesh, study.dimensionless_fluid, order)
+    mesh = make_mesh(geometry, options, max(sizes.velocity_order, dns.NEWTONIAN_ORDER))
+    return Flow(geometry, mesh, study.dimensionless_fluid, sizes.velocity_order)
 
 
 def solver_options(study: Study) -> dns.SolverOptions:
     """The solver's part of the config, De in the code's definition."""
     return dns.SolverOptions(
-        high_deborah=study.deborah_longest_mode(study.dns.high_deborah.above),
-        high_deborah_order=study.dns.high_deborah.velocity_order,
         tolerance=study.dns.tolerance,
         max_iterations=study.dns.max_iterations,
         deborah_step=study.dns.deborah_step,
@@ -89,10 +85,18 @@ def solver_options(study: Study) -> dns.SolverOptions:
 
 def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iterator:
     """(De of the config, `dns.Solution`) of one geometry, ascending, up to a De of the config."""
-    flow = make_flow(study, geometry)
     wanted = [De for De in study.deborah.values if De <= up_to]
-    longest = [study.deborah_longest_mode(De) for De in wanted]
-    yield from zip(wanted, dns.solve(flow, longest, solver_options(study)), strict=False)
+    moderate = [De for De in wanted if De <= study.dns.high_deborah.above]
+    for part, before in ((moderate, []), (wanted[len(moderate) :], moderate)):
+        if part:
+            flow = make_flow(study, geometry, part[-1])
+            longest, passed = (list(map(study.deborah_longest_mode, De)) for De in (part, before))
+            for De, solution in zip(
+                part, dns.solve(flow, longest, solver_options(study), passed), strict=False
+            ):
+                yield De, solution
+                if not solution.solved:
+                    return
 
 
 def simulate(

@@ -21,7 +21,7 @@ from viscotrain.errors import SolutionError
 from viscotrain.flow import Flow
 from viscotrain.fluid import NEWTONIAN
 from viscotrain.meshes import Geometry
-from viscotrain.simulation import Report, goes_beyond, make_flow, undisturbed
+from viscotrain.simulation import Report, make_flow, undisturbed
 from viscotrain.table import NOT_CONVERGED, SOLVED
 from viscotrain.transient import Instant, TimeOptions, Transient
 
@@ -76,12 +76,8 @@ def flow_maker(study: Study, deborah: float) -> Callable[[Geometry], Flow]:
     """Meshes and unknowns as for the quasi-steady velocities at the same Deborah number."""
 
     def make(geometry: Geometry) -> Flow:
-        flow = make_flow(study, geometry)
-        if deborah == 0:
-            return flow.variant(NEWTONIAN, flow.velocity_order)
-        if goes_beyond(study) and deborah > study.dns.high_deborah.above:
-            return flow.variant(flow.fluid, study.dns.high_deborah.velocity_order)
-        return flow
+        flow = make_flow(study, geometry, deborah)
+        return flow.variant(NEWTONIAN, flow.velocity_order) if deborah == 0 else flow
 
     return make
 

@@ -30,13 +30,13 @@ from viscotrain.dns import LOWEST_ORDER
 from viscotrain.errors import SolutionError
 from viscotrain.interpolation import PARTICLES
 from viscotrain.meshes import Geometry
-from viscotrain.simulation import Report, goes_beyond, solutions, triplet
+from viscotrain.simulation import Report, solutions, triplet
 from viscotrain.trajectories import flow_maker, time_options
 from viscotrain.transient import Transient
 
 CHECK_TIMES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  # after the start, in lambda_1
 MESH_FACTORS = (1.4, 1.0, 0.7, 0.5)
-FINEST_BEYOND = 0.7  # of them, in a study with the mesh of high Deborah numbers
+FINEST_BEYOND = 0.7  # of them, in a study with high Deborah numbers
 ORDER_CHANGES = (-1, 0, 1, 2)
 BOX_FACTORS = (0.5, 0.75, 1.0, 1.5)
 STEPS = (10, 20, 40, 80)  # per relaxation time
@@ -125,18 +125,15 @@ def settings(study: Study, kind: str) -> Iterator[tuple[float, bool, Study]]:
         )
 
     if kind == "mesh":
-        finest = FINEST_BEYOND if goes_beyond(study) else min(MESH_FACTORS)
+        finest = FINEST_BEYOND if study.deborah.values[-1] > high.above else min(MESH_FACTORS)
         for factor in (factor for factor in MESH_FACTORS if factor >= finest):
             yield factor, factor == 1, changed(_sized(dns, factor), _sized(high, factor))
     elif kind == "order":
         for change in ORDER_CHANGES:
-            orders = {
-                name: getattr(high, name) + change
-                for name in ("velocity_order", "moderate_velocity_order")
-            }
-            order = dns.velocity_order + change
-            if min(order, *orders.values()) >= LOWEST_ORDER:
-                yield order, change == 0, changed({"velocity_order": order}, orders)
+            orders = [section.velocity_order + change for section in (dns, high)]
+            if min(orders) >= LOWEST_ORDER:
+                moderate, beyond = ({"velocity_order": order} for order in orders)
+                yield orders[0], change == 0, changed(moderate, beyond)
     elif kind == "box":
         for factor in BOX_FACTORS:
             margin = factor * dns.margin
