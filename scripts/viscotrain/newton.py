@@ -113,7 +113,7 @@ class ModifiedNewton:
                 firsts.append(size)
                 if reason := _hopeless(firsts):
                     return self._give_up(result, reason)
-            elif not size < (1 - step / 4) * last_size:
+            elif not size < (1 - step / 4) * last_size:  # `last` was too long, or its matrix old
                 if not fresh:
                     self._inverse = None
                 elif step > SHORTEST_STEP:
@@ -122,7 +122,7 @@ class ModifiedNewton:
                 else:
                     return self._give_up(result, "stuck")
                 continue
-            elif step < 1:
+            elif step < 1:  # shortened enough; the matrix is of no use far from where it was made
                 self._inverse = None
                 continue
             elif _updates_to_go(last_size, size, tolerance) > PATIENCE:
