@@ -93,7 +93,7 @@ def solve(
     """
     path = _Continuation(flow, options, scout=_scout(flow, options))
     started = time.process_time()
-    before = path.pass_through(by_way_of) if by_way_of else 0
+    before = path.pass_through(by_way_of) if any(De > 0 for De in by_way_of) else 0
     for De in deborahs:
         if De > 0:
             convergence, iterations = path.advance(De)
@@ -150,7 +150,7 @@ class _Continuation:
         """
         total = 0
         for De in deborahs:
-            if De > 0 and self._scout is not None:
+            if De > 0 and self._scout is not None:  # De = 0 is a flow of its own
                 convergence, iterations = self._scout.advance(De)
                 total += iterations
                 if not convergence.converged:
