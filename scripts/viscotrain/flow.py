@@ -134,15 +134,17 @@ class Flow:
     def _add_modes(self, form, mesh_velocity, storage: "Storage | None" = None):
         (u, _, _, speeds, psis), (v, _, _, _, chis) = self._unknowns()
         w = mesh_velocity(speeds)
+        relative = Velocity(z=u.z - w.z, r=u.r - w.r)
         for k, (mode, psi, chi) in enumerate(zip(self.fluid.modes, psis, chis, strict=True)):
             lam = self.deborah * mode.relaxation_time
             tau = giesekus.polymer_stress(psi, mode.viscosity, lam)
             rate = giesekus.evolution(psi, rate_of_deformation(u), vorticity(u), lam, mode.mobility)
             form += volume_integral(weak_forms.polymer(tau, v))
-            components = weak_forms.transport(psi, chi, u, w, rate)
+            tests = weak_forms.upwind(chi, relative, ngsolve.specialcf.mesh_size)
+            components = weak_forms.transport(psi, tests, relative, rate)
             if storage is not None:
                 old = self._grouped(storage.history.components).psi[k]
-                stored = weak_forms.storage(psi, chi, storage.leading, old)
+                stored = weak_forms.storage(psi, tests, storage.leading, old)
                 components = [a + b for a, b in zip(components, stored, strict=True)]
             # one integral per test function: all in one would be an order of magnitude slower
             for component in components:

@@ -9,7 +9,7 @@ Integration by parts leaves the traction on the boundaries. On a boundary where 
 (a sphere, the wall) the natural condition is the total force, not the traction: zero for a sphere.
 """
 
-from ngsolve import CoefficientFunction
+from ngsolve import CoefficientFunction, sqrt
 
 from viscotrain.axisymmetry import (
     CROSS_SECTION,
@@ -22,6 +22,9 @@ from viscotrain.axisymmetry import (
     rate_of_deformation,
 )
 from viscotrain.giesekus import LogConformation
+
+UPWINDING = 0.1  # c
+SLOWEST = 0.1  # eps, in Ubar
 
 
 def viscous(viscosity, u: Velocity, v: Velocity) -> CoefficientFunction:
@@ -60,30 +63,40 @@ def flow_rate(u: Velocity, v: Velocity, drop, drop_test, *, mean_velocity, lengt
     ) - boundary_integral(area_per_wall * (drop * v.z + drop_test * u.z), "wall")
 
 
-def transport(
-    psi, chi, u: Velocity, mesh_velocity: Velocity, rate: LogConformation
-) -> list[CoefficientFunction]:
-    """[(u - w) . grad psi - rate] . chi, one integrand per component of psi.
+def upwind(chi, relative: Velocity, element_size) -> list[CoefficientFunction]:
+    """Test functions of the streamline-upwind Petrov-Galerkin method, chi + t (u - w) . grad chi.
+
+    Args:
+        chi: Test functions of the components of psi.
+        relative: Velocity u - w relative to the mesh, an unknown.
+        element_size: h, in D.
+    """
+    speed = sqrt(relative.z**2 + relative.r**2 + SLOWEST**2)
+    time = UPWINDING * element_size / speed
+    return [test + time * advect(relative, test) for test in chi]
+
+
+def transport(psi, tests, relative: Velocity, rate: LogConformation) -> list[CoefficientFunction]:
+    """[(u - w) . grad psi - rate] . test, one integrand per component of psi.
 
     The mesh moves with w; the time derivative at one of its points, `storage`, is the term that the
     quasi-steady problem drops.
     """
-    relative = Velocity(z=u.z - mesh_velocity.z, r=u.r - mesh_velocity.r)
     return [
         (advect(relative, component) - change) * test
-        for component, test, change in zip(psi, chi, rate, strict=True)
+        for component, test, change in zip(psi, tests, rate, strict=True)
     ]
 
 
-def storage(psi, chi, leading, history) -> list[CoefficientFunction]:
-    """(leading psi + history) . chi, one integrand per component: d psi/dt at a point of the mesh.
+def storage(psi, tests, leading, history) -> list[CoefficientFunction]:
+    """(leading psi + history) . test, one integrand per component: d psi/dt at a point of the mesh.
 
     A backward difference formula has the coefficient `leading` for the new psi; `history` is the
     sum over the old ones.
     """
     return [
         (leading * component + old) * test
-        for component, old, test in zip(psi, history, chi, strict=True)
+        for component, old, test in zip(psi, history, tests, strict=True)
     ]
 
 
