@@ -215,25 +215,6 @@ class TableConfig(_Section):
     )
 
 
-class HighDeborahConfig(_Section):
-    """Resolution beyond a Deborah number where stress strands and layers are thin."""
-
-    above: float = _key(
-        "Deborah number, in the definition of the study, above which this section holds",
-        symbol="De",
-        default=10.0,
-        gt=0,
-    )
-    velocity_order: int = _key("polynomial order of the velocity", default=4, ge=2, le=6)
-    sphere_elements: int = _key("elements along the half circle of a sphere", default=16, ge=4)
-    axis_size: float = _key(
-        "size of the elements on the axis", unit="D", default=0.04, gt=0, le=0.5
-    )
-    wall_size: float = _key(
-        "size of the elements far from the spheres", unit="D", default=0.15, gt=0, le=0.5
-    )
-
-
 class TransientConfig(_Section):
     """Start-up from fluid at rest, with spheres that move."""
 
@@ -292,7 +273,16 @@ class DnsConfig(_Section):
         default=2.0,
         ge=1,
     )
-    high_deborah: HighDeborahConfig = HighDeborahConfig()
+    accuracy: float = _key(
+        "error of relative velocities, of the velocity itself for a single sphere, above which the "
+        "mesh is refined; up to 2 % of the largest relative velocity is allowed as well",
+        unit="Ubar",
+        default=1e-5,
+        gt=0,
+    )
+    max_elements: int = _key(
+        "elements of a mesh that is not refined any more", default=1500, ge=1
+    )
     tolerance: float = _key(
         "update, rms over the unknowns, at which an iteration has converged",
         default=1e-7,

@@ -5,37 +5,54 @@ at a fixed point of the mesh is dropped: the stress has settled at the present d
 
 De = 0. The flow is Newtonian and linear; solved in high order, it is exact to 1e-7 at little cost.
 
-Continuation. Deborah numbers are solved in ascending order. The guess of a step extrapolates up to
-`HISTORY` solutions as polynomials of log(1 + De/De_0); a step that fails is halved.
+Ladder. The way to any De leads over the rungs 1, 3, 10, 30, ... below it. They are passed in the
+order below the one asked for; where it says that the mesh may be too coarse, the rung is solved in
+the order asked for and the mesh refined until that is accurate (`refinement`). From its rung a De is
+reached by a branch with a mesh of its own, refined in the same way. So what is found at one De does
+not depend on which others are asked for.
+
+Continuation. The guess of a step extrapolates up to `HISTORY` solutions as polynomials of
+log(1 + De/De_0); a step that fails is halved.
 
 Scouts. An order is preceded by the order below on the same path, down to the second, at a small
-part of the cost. The solution of the lower order, plus what the higher one changed at the Deborah
-number before, is the guess of the higher one. Where a scout fails, or its guess does, the steps are
-taken in the order itself.
+part of the cost. The solution of the lower order, plus what the higher one changed at the De
+before, is the guess of the higher one. Where a scout fails, or its guess does, the steps are taken
+in the order itself. The scouts are what the errors are estimated from.
 
-High De. Where stress layers and strands are thin a scout is of no use: what the order changes is as
-large as what De does. On a mesh that is made for high De the scout leads to the last moderate De;
-there the order changes, and what that changes is added to the solutions before it.
+Stuck. An iteration that cannot go on misses resolution first: the mesh is refined at the last De
+that was solved, and the step taken again.
 """
 
+import itertools
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy as copy_object
 from dataclasses import dataclass, replace
 
 import ngsolve
 
-from viscotrain import newton
+from viscotrain import newton, refinement
 from viscotrain.flow import Flow, copy
 from viscotrain.fluid import NEWTONIAN
+from viscotrain.meshes import Sizes
 
 NEWTONIAN_ORDER = 6  # of the velocity, at least
 LOWEST_ORDER = 2  # of the velocity
 GUESS_TOLERANCE = 1e-2  # of solutions between the De asked for and in lower orders
+SCOUT_TOLERANCE = 1e-5  # of the solutions that errors are estimated from
 HISTORY = 3  # solutions that a guess is extrapolated from
 DEBORAH_OF_ELASTICITY = 0.5  # De_0: the coordinate of the continuation is linear in De below it
-SMALLEST_STEP = 1e-2  # in that coordinate; a continuation that needs smaller ones has failed
+SMALLEST_STEP = 0.05  # in that coordinate; a continuation that needs smaller ones has failed
 EASY, HARD = 1, 2  # factorisations of a step: so few lengthen the next one, more shorten it
+RUNGS = (1.0, 3.0)  # of the ladder in one decade
+RUNG_MARGIN = 30.0  # by which the error of an order is overestimated in the order below
+RELATIVE_ACCURACY = 0.02  # of the largest relative velocity, if that is more than the accuracy
+LEAST_REDUCTION, MOST_REDUCTION = 2.0, 8.0  # of the error in one refinement
+REFINEMENTS = 4  # of one De
+RESCUES = 2  # refinements of one De that is stuck
+
+Remesh = Callable[[Sizes], ngsolve.Mesh]
 
 
 @dataclass(frozen=True)
@@ -45,6 +62,8 @@ class SolverOptions:
     tolerance: float
     max_iterations: int
     deborah_step: float
+    accuracy: float = math.inf
+    max_elements: int = 0
 
 
 @dataclass(frozen=True)
@@ -59,6 +78,8 @@ class Solution:
         convergence: Of the last iteration.
         iterations: Of all steps since the Deborah number before.
         seconds: CPU time of these.
+        error: Estimated errors; None if there is no estimate.
+        accurate: Whether the estimate is within the accuracy asked for.
     """
 
     flow: Flow
@@ -68,124 +89,287 @@ class Solution:
     convergence: newton.Convergence
     iterations: int
     seconds: float
+    error: refinement.Estimate | None
+    accurate: bool
 
     @property
     def solved(self) -> bool:
         """Whether the solution converged."""
         return self.convergence.converged
 
+    @property
+    def estimated_error(self) -> float:
+        """Of the velocities that count, in Ubar; NaN without an estimate."""
+        return math.nan if self.error is None else self.error.decisive
+
 
 def solve(
-    flow: Flow,
-    deborahs: Sequence[float],
-    options: SolverOptions,
-    by_way_of: Sequence[float] = (),
+    flow: Flow, deborahs: Sequence[float], options: SolverOptions, remesh: Remesh | None = None
 ) -> Iterator[Solution]:
     """Solve the flow at ascending Deborah numbers.
 
     Ends after the first Deborah number that does not converge, which is yielded with the reason.
 
     Args:
-        flow: Geometry, mesh and fluid.
+        flow: Geometry, fluid and the mesh to start with.
         deborahs: lambda_1 Ubar/D, ascending.
-        options: When an iteration has converged, and how far a step goes.
-        by_way_of: Smaller De that a scout leads through before the first one, for high De.
+        options: When an iteration has converged, how far a step goes, how accurate the result is.
+        remesh: Makes a mesh of the geometry with other sizes; None keeps the mesh.
     """
-    path = _Continuation(flow, options, scout=_scout(flow, options))
-    started = time.process_time()
-    before = path.pass_through(by_way_of) if any(De > 0 for De in by_way_of) else 0
+    ladder = _Ladder(flow, options, remesh)
     for De in deborahs:
-        if De > 0:
-            convergence, iterations = path.advance(De)
-            solver = flow
-        else:
-            solver = flow.variant(NEWTONIAN, max(flow.velocity_order, NEWTONIAN_ORDER))
-            convergence = _iterate(solver, De, options.tolerance, options.max_iterations)
-            iterations = convergence.iterations
-        solved = convergence.converged
+        started = time.process_time()
+        solver, outcome = ladder.at(De) if De > 0 else _newtonian(flow, options)
+        solved = outcome.convergence.converged
         yield Solution(
             flow=solver,
             deborah=De,
             velocities=solver.sphere_velocities() if solved else {},
             pressure_gradient=solver.pressure_gradient() if solved else math.nan,
-            convergence=convergence,
-            iterations=before + iterations,
             seconds=time.process_time() - started,
+            **vars(outcome),
         )
         if not solved:
             return
-        started, before = time.process_time(), 0
 
 
-def _scout(flow: Flow, options: SolverOptions) -> "_Continuation | None":
-    if flow.velocity_order <= LOWEST_ORDER:
-        return None
-    lower = flow.variant(flow.fluid, flow.velocity_order - 1)
-    options = replace(options, tolerance=GUESS_TOLERANCE)
-    return _Continuation(lower, options, scout=_scout(lower, options))
+@dataclass
+class _Outcome:
+    """What became of one De; as in `Solution`."""
+
+    convergence: newton.Convergence
+    iterations: int
+    error: refinement.Estimate | None = None
+    accurate: bool = False
 
 
-def _iterate(flow: Flow, De: float, tolerance: float, max_iterations: int) -> newton.Convergence:
-    """Newton iteration at one Deborah number; De = 0 has viscosity eta_0 and psi = 0."""
-    flow.deborah.Set(De)
-    form, free = (flow.viscoelastic, flow.free) if De > 0 else (flow.newtonian, flow.free_newtonian)
-    iteration = newton.ModifiedNewton(form, free)
-    return iteration.solve(flow.state, tolerance=tolerance, max_iterations=max_iterations)
+def _newtonian(flow: Flow, options: SolverOptions) -> tuple[Flow, _Outcome]:
+    """De = 0, with the order below to tell the error."""
+    order = max(flow.velocity_order, NEWTONIAN_ORDER)
+    below, solver = (flow.variant(NEWTONIAN, k) for k in (order - 1, order))
+    for each in (below, solver):
+        iteration = newton.ModifiedNewton(each.newtonian, each.free_newtonian)
+        convergence = iteration.solve(
+            each.state, tolerance=options.tolerance, max_iterations=options.max_iterations
+        )
+    error = refinement.compared(solver, below)
+    accurate = error.decisive <= _allowed(solver, options)
+    return solver, _Outcome(convergence, convergence.iterations, error, accurate)
+
+
+def _allowed(flow: Flow, options: SolverOptions) -> float:
+    """Error that is allowed in the velocities that count."""
+    largest = max(map(abs, flow.relative_velocities()), default=0.0)
+    return max(options.accuracy, RELATIVE_ACCURACY * largest)
+
+
+class _Ladder:
+    """The rungs passed so far, and the branches that leave from them."""
+
+    def __init__(self, flow: Flow, options: SolverOptions, remesh: Remesh | None):
+        self._top, self._options, self._remesh = flow, options, remesh
+        self._rungs = (10**n * rung for n in itertools.count() for rung in RUNGS)
+        self._next = next(self._rungs)
+        below = flow.variant(flow.fluid, max(flow.velocity_order - 1, LOWEST_ORDER))
+        self._path = _Continuation(below, replace(options, tolerance=SCOUT_TOLERANCE))
+        self._solved: tuple[_Continuation, _Outcome] | None = None  # at the last rung
+        self._stuck: _Outcome | None = None
+
+    def at(self, De: float) -> tuple[Flow, _Outcome]:
+        """Solve in the order asked for."""
+        iterations = 0
+        while self._stuck is None and self._next <= De:
+            iterations += self._climb(self._next)
+            self._next = next(self._rungs)
+        if self._stuck is not None:
+            return self._top, replace(self._stuck, iterations=iterations)
+        if self._solved is not None and math.isclose(self._solved[0].deborah, De):
+            branch, outcome = self._solved
+            branch.advance(De)
+            return branch.flow, replace(outcome, iterations=iterations)
+        branch, outcome = self._reach(self._branch(), De)
+        return branch.flow, replace(outcome, iterations=iterations + outcome.iterations)
+
+    def _climb(self, rung: float) -> int:
+        """Take the path to the next rung; returns the iterations."""
+        self._solved = None
+        convergence, iterations = self._advance(self._path, rung)
+        if not convergence.converged:
+            reason = f"on the way, at De = {rung:g}: {convergence.reason}"
+            self._stuck = _Outcome(replace(convergence, reason=reason), iterations)
+            return iterations
+        error = self._path.estimate(ahead=1)
+        allowed = RUNG_MARGIN * _allowed(self._path.flow, self._options)
+        if self._remesh is None or (error is not None and error.decisive <= allowed):
+            return iterations
+        branch, outcome = self._reach(self._branch(), rung)
+        if outcome.convergence.converged:
+            self._path, self._solved = branch.scout.twin(), (branch, outcome)
+        return iterations + outcome.iterations
+
+    def _branch(self) -> "_Continuation":
+        """From the path, in the order asked for."""
+        if self._top.mesh is not self._path.flow.mesh:
+            self._top = self._top.on(self._path.flow.mesh)
+        return _Continuation(self._top, self._options, scout=self._path.twin())
+
+    def _reach(self, path: "_Continuation", De: float) -> tuple["_Continuation", _Outcome]:
+        """Go on to De and refine the mesh as long as the solution is not accurate."""
+        convergence, iterations = self._advance(path, De)
+        outcome = _Outcome(convergence, iterations)
+        refinements = 0
+        while convergence.converged:
+            outcome.error = error = path.estimate()
+            allowed = _allowed(path.flow, self._options)
+            outcome.accurate = error is not None and error.decisive <= allowed
+            if outcome.accurate or not self._can_refine(path, refinements):
+                break
+            finer = path.twin()
+            finer.refine(self._finer(path, error.decisive / allowed))
+            convergence, more = finer.advance(De)
+            outcome.iterations += more
+            refinements += 1
+            if convergence.converged:
+                path, outcome.convergence = finer, convergence
+        return path, outcome
+
+    def _advance(self, path: "_Continuation", De: float) -> tuple[newton.Convergence, int]:
+        """Go on to De, with finer meshes on the way if the path is stuck without."""
+        convergence, iterations = path.advance(De)
+        for _ in range(RESCUES):
+            if convergence.converged or not self._can_refine(path):
+                break
+            here = path.deborah
+            path.refine(self._finer(path, MOST_REDUCTION))
+            convergence, more = path.advance(here)
+            iterations += more
+            if convergence.converged:
+                path.estimate()
+                convergence, more = path.advance(De)
+                iterations += more
+        return convergence, iterations
+
+    def _can_refine(self, path: "_Continuation", refinements: int = 0) -> bool:
+        return (
+            self._remesh is not None
+            and path.error is not None
+            and refinements < REFINEMENTS
+            and path.flow.mesh.ne < self._options.max_elements
+        )
+
+    def _finer(self, path: "_Continuation", excess: float) -> ngsolve.Mesh:
+        """A mesh on which the error that was estimated last is smaller."""
+        reduction = min(max(1.5 * excess, LEAST_REDUCTION), MOST_REDUCTION)
+        most = self._options.max_elements
+        sizes = refinement.refined(path.flow.mesh, path.error.contributions, reduction, most)
+        return self._remesh(sizes)
 
 
 class _Continuation:
-    """Solutions along De, and the length of the next step."""
+    """Solutions along De in one order and on one mesh, and the length of the next step."""
 
     def __init__(self, flow: Flow, options: SolverOptions, scout: "_Continuation | None" = None):
         self.flow, self.options = flow, options
-        self._scout = scout
+        if scout is None and flow.velocity_order > LOWEST_ORDER:
+            lower = flow.variant(flow.fluid, flow.velocity_order - 1)
+            loose = SCOUT_TOLERANCE if flow.velocity_order - 1 > LOWEST_ORDER else GUESS_TOLERANCE
+            scout = _Continuation(lower, replace(options, tolerance=loose))
+        self.scout = scout
+        self.error: refinement.Estimate | None = None  # at the De where it is
+        self._newton: newton.ModifiedNewton | None = None  # of the last iteration
         self._difference: ngsolve.BaseVector | None = None
         self._known: list[tuple[float, ngsolve.BaseVector]] = []
+        self._interpolated = False  # whether the last one is known from another mesh only
         self._step = self._longest_step = math.log(options.deborah_step)
 
-    def pass_through(self, deborahs: Sequence[float]) -> int:
-        """Let the scout go through these, then do without it; returns the number of iterations.
+    def twin(self) -> "_Continuation":
+        """Another one, where this one is; they go on independently of each other."""
+        twin = copy_object(self)
+        twin.scout = self.scout and self.scout.twin()
+        return twin
 
-        What it did not reach is left to the steps that follow.
-        """
-        total = 0
-        for De in deborahs:
-            if De > 0 and self._scout is not None:  # De = 0 is a flow of its own
-                convergence, iterations = self._scout.advance(De)
-                total += iterations
-                if not convergence.converged:
-                    break
-        self._replace_scout()
-        if not self._known:
-            return total
-        coordinate, guess = self._known[-1]
-        self.flow.state.vec.data = guess
-        limit = self.options.max_iterations
-        convergence = _iterate(self.flow, _deborah(coordinate), GUESS_TOLERANCE, limit)
-        if convergence.converged:
-            change = copy(self.flow.state.vec)
-            change -= guess
-            for _, vector in self._known:
-                vector += change
-        return total + convergence.iterations
+    @property
+    def deborah(self) -> float:
+        """Where it is."""
+        return _deborah(self._known[-1][0])
 
     def advance(self, De: float) -> tuple[newton.Convergence, int]:
         """Go on to De: after the scout, or else in steps; also the number of iterations."""
-        if self._scout is None:
+        if self._is_at(De):
+            self.flow.state.vec.data = self._known[-1][1]
+            return newton.Convergence(), 0
+        if self.scout is None:
             return self._walk(De)
-        convergence, iterations = self._follow(self._scout, De)
+        convergence, iterations = self._follow(De)
         if not convergence.converged:
-            self._replace_scout()
             convergence, more = self._walk(De)
             iterations += more
+            if convergence.converged:
+                iterations += self.scout.take(self, De)
         return convergence, iterations
+
+    def estimate(self, ahead: int = 0) -> refinement.Estimate | None:
+        """Errors of the solution at De, or in an order `ahead`; None without one of the scout."""
+        coordinate, solution = self._known[-1]
+        scout = self.scout
+        if scout is None or not scout._is_at(_deborah(coordinate)):
+            return None
+        below = scout.flow.embed(scout._known[-1][1], self.flow)
+        self.flow.state.vec.data = solution
+        self.flow.deborah.Set(_deborah(coordinate))
+        if self._newton is None:
+            self._newton = newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
+        adjoint = self._newton.adjoint(self.flow.state)
+        self.error = refinement.estimate(self.flow, below, adjoint, ahead)
+        return self.error
+
+    def refine(self, mesh: ngsolve.Mesh):
+        """Go on with another mesh; solutions are interpolated and will be solved again."""
+        flow = self.flow.on(mesh)
+        self._known = [(at, self.flow.embed(known, flow)) for at, known in self._known]
+        self.flow, self._interpolated = flow, True
+        self._difference = self._newton = self.error = None
+        if self.scout is not None:
+            self.scout.refine(mesh)
+
+    def take(self, higher: "_Continuation", De: float) -> int:
+        """Solve at De from what a higher order has found there; returns the iterations."""
+        guess = higher.flow.embed(copy(higher.flow.state.vec), self.flow)
+        higher.flow.state.vec.data = higher._known[-1][1]
+        self.flow.state.vec.data = guess
+        convergence = self._iterate(De, self.options.tolerance)
+        if convergence.converged:
+            self._remember(_coordinate(De))
+        return convergence.iterations
+
+    def _is_at(self, De: float) -> bool:
+        return (
+            bool(self._known)
+            and not self._interpolated
+            and math.isclose(self._known[-1][0], _coordinate(De))
+        )
+
+    def _iterate(self, De: float, tolerance: float) -> newton.Convergence:
+        """Newton iteration at one De > 0, or at De = 0 with psi = 0."""
+        self.flow.deborah.Set(De)
+        if De > 0:
+            form, free = self.flow.viscoelastic, self.flow.free
+        else:
+            form, free = self.flow.newtonian, self.flow.free_newtonian
+        self._newton = newton.ModifiedNewton(form, free)
+        return self._newton.solve(
+            self.flow.state, tolerance=tolerance, max_iterations=self.options.max_iterations
+        )
 
     def _walk(self, De: float) -> tuple[newton.Convergence, int]:
         """Go on to De in one step or several."""
         target, tolerance = _coordinate(De), self.options.tolerance
         convergence = newton.Convergence() if self._known else self._to(0.0, tolerance)
         iterations = convergence.iterations
-        while convergence.converged and self._known[-1][0] < target:
+        if convergence.converged and self._interpolated:
+            convergence = self._to(self._known[-1][0], tolerance)
+            iterations += convergence.iterations
+        while convergence.converged and self._known[-1][0] < target * (1 - 1e-9):
             here = self._known[-1][0]
             steps = max(1, math.ceil((target - here) / self._step - 0.1))
             step = (target - here) / steps
@@ -200,16 +384,19 @@ class _Continuation:
                 convergence = trial
         return convergence, iterations
 
-    def _follow(self, scout: "_Continuation", De: float) -> tuple[newton.Convergence, int]:
+    def _follow(self, De: float) -> tuple[newton.Convergence, int]:
         """Start from the scout's solution plus what the order changed at the De before."""
+        scout = self.scout
         convergence, iterations = scout.advance(De)
         if not convergence.converged:
             return convergence, iterations
-        found = scout.flow.embed(scout.flow.state.vec, self.flow)
-        if self._difference is not None:
+        found = scout.flow.embed(scout._known[-1][1], self.flow)
+        here = self._interpolated and math.isclose(self._known[-1][0], _coordinate(De))
+        if here:
+            self.flow.state.vec.data = self._known[-1][1]
+        elif self._difference is not None:
             self.flow.state.vec.data += self._difference
-        options = self.options
-        convergence = _iterate(self.flow, De, options.tolerance, options.max_iterations)
+        convergence = self._iterate(De, self.options.tolerance)
         iterations += convergence.iterations
         if convergence.converged:
             self._remember(_coordinate(De))
@@ -217,17 +404,10 @@ class _Continuation:
             self._difference -= found
         return convergence, iterations
 
-    def _replace_scout(self):
-        """Go on without it; what it knows is a start where this order knows nothing."""
-        scout, self._scout = self._scout, None
-        if not self._known and scout is not None:
-            self._known = [(at, scout.flow.embed(known, self.flow)) for at, known in scout._known]
-
     def _to(self, coordinate: float, tolerance: float) -> newton.Convergence:
         """One step; remembered if it converges."""
         self._extrapolate(coordinate)
-        De = _deborah(coordinate)
-        convergence = _iterate(self.flow, De, tolerance, self.options.max_iterations)
+        convergence = self._iterate(_deborah(coordinate), tolerance)
         if convergence.converged:
             self._remember(coordinate)
             if convergence.factorisations <= EASY:
@@ -237,7 +417,9 @@ class _Continuation:
         return convergence
 
     def _remember(self, coordinate: float):
-        self._known = [*self._known, (coordinate, copy(self.flow.state.vec))][-HISTORY:]
+        others = [(at, known) for at, known in self._known if not math.isclose(at, coordinate)]
+        self._known = [*others, (coordinate, copy(self.flow.state.vec))][-HISTORY:]
+        self._interpolated = False
 
     def _extrapolate(self, coordinate: float):
         """Lagrange polynomial through the known solutions; the state as it is without any."""

@@ -83,7 +83,7 @@ class Flow:
         self.geometry, self.mesh, self.fluid = geometry, mesh, fluid
         self.velocity_order, self.mean_velocity = velocity_order, mean_velocity
         self.deborah = ngsolve.Parameter(1.0)
-        self._fixed = geometry.reference or "wall"
+        self.fixed = geometry.reference or "wall"  # boundary without velocity in this frame
         self.space = _space(geometry, mesh, len(fluid.modes), velocity_order)
         self.state = ngsolve.GridFunction(self.space)
         self.free = ngsolve.BitArray(self.space.FreeDofs())
@@ -143,7 +143,7 @@ class Flow:
             tests = weak_forms.upwind(chi, relative, ngsolve.specialcf.mesh_size)
             components = weak_forms.transport(psi, tests, relative, rate)
             if storage is not None:
-                old = self._grouped(storage.history.components).psi[k]
+                old = self.grouped(storage.history.components).psi[k]
                 stored = weak_forms.storage(psi, tests, storage.leading, old)
                 components = [a + b for a, b in zip(components, stored, strict=True)]
             # one integral per test function: all in one would be an order of magnitude slower
@@ -152,13 +152,14 @@ class Flow:
 
     def _unknowns(self) -> tuple["Fields", "Fields"]:
         """Trial and test functions."""
-        return tuple(self._grouped(functions) for functions in self.space.TnT())
+        return tuple(self.grouped(functions) for functions in self.space.TnT())
 
     def fields(self) -> "Fields":
         """The present state; velocities in the frame of the reference sphere."""
-        return self._grouped(self.state.components)
+        return self.grouped(self.state.components)
 
-    def _grouped(self, components) -> "Fields":
+    def grouped(self, components) -> "Fields":
+        """Components of a function of the space, by name."""
         u_z, u_r, p, drop, *rest = components
         moving = len(self.geometry.moving_spheres)
         speeds, psi = rest[:moving], rest[moving:]
@@ -183,6 +184,13 @@ class Flow:
         """U of each sphere relative to the wall, in Ubar, by name."""
         return {name: self._speed(name) - self._speed("wall") for name in self.geometry.spheres}
 
+    def relative_velocities(self) -> list[float]:
+        """Of neighbours, along the flow: the one ahead minus the one behind, in Ubar."""
+        return [
+            self._speed(ahead) - self._speed(behind)
+            for behind, ahead in zip(self.geometry.spheres, self.geometry.spheres[1:], strict=False)
+        ]
+
     def wall_speed(self) -> float:
         """u_z of the wall in the frame of the reference sphere."""
         return self._speed("wall")
@@ -195,10 +203,15 @@ class Flow:
         """The flow of another fluid, or in spaces of another order, on the same mesh."""
         return Flow(self.geometry, self.mesh, fluid, velocity_order, self.mean_velocity)
 
-    def embed(self, vector: ngsolve.BaseVector, target: "Flow") -> ngsolve.BaseVector:
-        """A vector of this flow's unknowns as one of `target`, on the same mesh.
+    def on(self, mesh: ngsolve.Mesh) -> "Flow":
+        """The same flow on another mesh of its geometry."""
+        return Flow(self.geometry, mesh, self.fluid, self.velocity_order, self.mean_velocity)
 
-        Exact if the order of `target` is not lower. Overwrites both states.
+    def embed(self, vector: ngsolve.BaseVector, target: "Flow") -> ngsolve.BaseVector:
+        """A vector of this flow's unknowns as one of `target`, on any mesh of the same geometry.
+
+        Exact on the same mesh if the order of `target` is not lower; else an interpolation.
+        Overwrites both states.
         """
         self.state.vec.data = vector
         for mine, other in zip(self.state.components, target.state.components, strict=True):
@@ -207,13 +220,14 @@ class Flow:
             else:
                 other.Set(mine)
         for boundary in (*self.geometry.moving_spheres, "wall"):
-            if boundary != self._fixed:  # `Set` averages these unknowns with the wrong weight
+            if boundary != self.fixed:  # `Set` averages these unknowns with the wrong weight
                 target.state.vec[target.unknown_of(boundary)] = self._speed(boundary)
+        ngsolve.Projector(target.free, True).Project(target.state.vec)
         return copy(target.state.vec)
 
     def _speed(self, boundary: str) -> float:
         """u_z on a sphere or the wall in the frame of the reference sphere."""
-        return 0.0 if boundary == self._fixed else self.state.vec[self.unknown_of(boundary)]
+        return 0.0 if boundary == self.fixed else self.state.vec[self.unknown_of(boundary)]
 
     def unknown_of(self, boundary: str) -> int:
         """Index in the state of u_z on a boundary where it is one unknown."""

@@ -7,16 +7,20 @@ are small at the spheres, across the gaps, and along the axis, where strands of 
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import netgen.meshing
 import ngsolve
 import numpy as np
 from netgen.occ import IdentificationType, OCCGeometry, WorkPlane, gp_Trsf, gp_Vec
+from numpy.typing import NDArray
 
 from viscotrain.errors import GeometryError
 from viscotrain.fluid import CHANNEL_RADIUS
 
+FEWEST_ON_SPHERE = 6  # elements along the half circle where sizes are prescribed
+LARGEST_SIZE = 1.5  # over the wall size, where sizes are prescribed
 TRIPLET = ("trailing", "middle", "leading")  # along the flow
 
 
@@ -123,9 +127,35 @@ class MeshOptions:
     gap_elements: int
 
 
-def make_mesh(geometry: Geometry, options: MeshOptions, order: int) -> ngsolve.Mesh:
-    """Triangles, curved with polynomials of the given order on the spheres."""
-    mesh = ngsolve.Mesh(_outline(geometry, options).GenerateMesh(mp=_sizes(geometry, options)))
+class Sizes(NamedTuple):
+    """Sizes that a mesh should have: points (n, 2) as (z, r) and sizes (n,) there, in D."""
+
+    points: NDArray
+    sizes: NDArray
+
+
+def make_mesh(
+    geometry: Geometry, options: MeshOptions, order: int, sizes: Sizes | None = None
+) -> ngsolve.Mesh:
+    """Triangles, curved with polynomials of the given order on the spheres.
+
+    Args:
+        geometry: Spheres and periodic length.
+        options: Sizes by the place.
+        order: Of the curves.
+        sizes: In place of `options`, but not across gaps.
+    """
+    if sizes is not None:
+        largest = LARGEST_SIZE * options.wall_size
+        options = replace(
+            options, wall_size=largest, axis_size=largest, sphere_elements=FEWEST_ON_SPHERE
+        )
+    parameters = _sizes(geometry, options)
+    if sizes is not None:
+        for (z, r), size in zip(*sizes, strict=True):
+            if size < options.wall_size:
+                parameters.RestrictH(x=z, y=r, z=0, h=size)
+    mesh = ngsolve.Mesh(_outline(geometry, options).GenerateMesh(mp=parameters))
     mesh.Curve(order)
     return mesh
 

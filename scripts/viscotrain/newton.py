@@ -133,6 +133,22 @@ class ModifiedNewton:
             step, last_size = 1.0, size
         return self._give_up(result, f"no convergence to {tolerance:.1e}")
 
+    def adjoint(
+        self, state: ngsolve.GridFunction
+    ) -> Callable[[ngsolve.BaseVector], ngsolve.BaseVector]:
+        """Solver with the transposed matrix: the last one, or that at the state if there is none."""
+        if self._inverse is None:
+            self._form.AssembleLinearization(state.vec)
+            self._inverse = self._form.mat.Inverse(self._free, inverse="umfpack")
+        inverse = self._inverse
+
+        def solve(right: ngsolve.BaseVector) -> ngsolve.BaseVector:
+            solution = right.CreateVector()
+            solution.data = inverse.T * right
+            return solution
+
+        return solve
+
     def _give_up(self, result: Convergence, reason: str) -> Convergence:
         """The result with the reason; the matrix is of no further use."""
         self._inverse = None

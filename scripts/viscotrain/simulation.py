@@ -8,16 +8,16 @@ finite is, and `newton` checks for it.
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
+import ngsolve
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from viscotrain import dns, fields, provenance
 from viscotrain.config import (
-    DnsConfig,
-    HighDeborahConfig,
     Study,
     geometry_name,
     number_name,
@@ -25,7 +25,7 @@ from viscotrain.config import (
 from viscotrain.errors import FluidError, SolutionError
 from viscotrain.flow import Flow
 from viscotrain.interpolation import PARTICLES
-from viscotrain.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.meshes import Geometry, MeshOptions, Sizes, make_mesh
 from viscotrain.pipe import PipeFlow, pipe_flow
 from viscotrain.table import ATTRIBUTES, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED
 
@@ -50,53 +50,55 @@ OWN_ATTRIBUTES = {
 }
 
 
-def resolution(study: Study, deborah: float) -> DnsConfig | HighDeborahConfig:
-    """Section of the config with mesh sizes and order at one De of the study."""
-    high = study.dns.high_deborah
-    return high if deborah > high.above else study.dns
-
-
 def triplet(study: Study, sp: float, sf: float) -> Geometry:
     """The triplet in the periodic box that the study asks for."""
     return Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
 
 
-def make_flow(study: Study, geometry: Geometry, deborah: float) -> Flow:
-    """Mesh and unknowns of one geometry, resolved for one De of the study."""
-    sizes = resolution(study, deborah)
-    options = MeshOptions(
+def mesh_options(study: Study) -> MeshOptions:
+    """Sizes of the mesh that a simulation starts with."""
+    sizes = study.dns
+    return MeshOptions(
         sphere_elements=sizes.sphere_elements,
         axis_size=sizes.axis_size,
         wall_size=sizes.wall_size,
-        gap_elements=study.dns.gap_elements,
+        gap_elements=sizes.gap_elements,
     )
-    mesh = make_mesh(geometry, options, max(sizes.velocity_order, dns.NEWTONIAN_ORDER))
-    return Flow(geometry, mesh, study.dimensionless_fluid, sizes.velocity_order)
+
+
+def mesh_of(study: Study, geometry: Geometry, sizes: Sizes | None = None) -> ngsolve.Mesh:
+    """Mesh of one geometry, with the sizes of the config or with others."""
+    curves = max(study.dns.velocity_order, dns.NEWTONIAN_ORDER)
+    return make_mesh(geometry, mesh_options(study), curves, sizes)
+
+
+def make_flow(study: Study, geometry: Geometry) -> Flow:
+    """Unknowns of one geometry on the mesh that a simulation starts with."""
+    mesh = mesh_of(study, geometry)
+    return Flow(geometry, mesh, study.dimensionless_fluid, study.dns.velocity_order)
 
 
 def solver_options(study: Study) -> dns.SolverOptions:
-    """The solver's part of the config, De in the code's definition."""
+    """The solver's part of the config."""
     return dns.SolverOptions(
         tolerance=study.dns.tolerance,
         max_iterations=study.dns.max_iterations,
         deborah_step=study.dns.deborah_step,
+        accuracy=study.dns.accuracy,
+        max_elements=study.dns.max_elements,
     )
 
 
 def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iterator:
     """(De of the config, `dns.Solution`) of one geometry, ascending, up to a De of the config."""
     wanted = [De for De in study.deborah.values if De <= up_to]
-    moderate = [De for De in wanted if De <= study.dns.high_deborah.above]
-    for part, before in ((moderate, []), (wanted[len(moderate) :], moderate)):
-        if part:
-            flow = make_flow(study, geometry, part[-1])
-            longest, passed = (list(map(study.deborah_longest_mode, De)) for De in (part, before))
-            for De, solution in zip(
-                part, dns.solve(flow, longest, solver_options(study), passed), strict=False
-            ):
-                yield De, solution
-                if not solution.solved:
-                    return
+    found = dns.solve(
+        make_flow(study, geometry),
+        [study.deborah_longest_mode(De) for De in wanted],
+        solver_options(study),
+        remesh=partial(mesh_of, study, geometry),
+    )
+    yield from zip(wanted, found, strict=False)
 
 
 def simulate(
@@ -152,7 +154,9 @@ def _line(De: float, solution: dns.Solution) -> str:
     text = f"De {De:g}: {solution.iterations} iterations, residual {convergence.residual:.1e}"
     if solution.solved:
         velocities = ", ".join(f"{name} {U:.7f}" for name, U in solution.velocities.items())
-        text += f", U/Ubar {velocities}"
+        text += f", U/Ubar {velocities}, estimated error {solution.estimated_error:.1e}"
+        if not solution.accurate:
+            text += f", NOT ACCURATE with {solution.flow.mesh.ne} elements"
     else:
         updates = " ".join(f"{update:.0e}" for update in convergence.updates)
         text += f", NOT SOLVED: {convergence.reason} (updates {updates})"
