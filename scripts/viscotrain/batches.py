@@ -73,9 +73,11 @@ class BatchedForm:
         values, columns, firsts = (np.asarray(part) for part in self._rest.mat.CSR())
         if self._places_of_rest.size != values.size:
             rows = np.repeat(np.arange(len(firsts) - 1), np.diff(firsts.astype(np.int64)))
-            self._places_of_rest = _Places(self.mat).of(rows, columns)
+            places = _Places(self.mat)
+            self._places_of_rest = places.of(rows, columns)
+            self._batches.find_places(places)
         entries[self._places_of_rest] = values
-        self._batches.add_matrix(state, self.mat)
+        self._batches.add_matrix(state, entries)
 
 
 class _Batches:
@@ -166,16 +168,13 @@ class _Batches:
                 exists = unknowns[members] >= 0
                 np.add.at(residual, unknowns[members][exists], product[exists])
 
-    def add_matrix(self, state: ngsolve.BaseVector, matrix: ngsolve.BaseMatrix):
-        """Add the linearisation at a state; all unknowns of an element are coupled in `matrix`."""
+    def add_matrix(self, state: ngsolve.BaseVector, entries: np.ndarray):
+        """Add the linearisation at a state to the entries of the matrix."""
         self._state.vec.data = state
         elements = self._elements
         inverse, measure = elements.geometry()
         transposed = np.swapaxes(inverse, -1, -2)
         values = elements.sampled(self._slopes)
-        if not self._places:
-            self._places = self._find_places(matrix)
-        entries = np.asarray(matrix.CSR()[0])
         for (i, j), quantities in self._blocks.items():
             slope = np.zeros((*measure.shape, elements.quantities(i), elements.quantities(j)))
             for t, s, output in quantities:
@@ -198,13 +197,13 @@ class _Batches:
             self._kernels[key] = product.reshape(-1, left.shape[-1] * right.shape[-1])
         return self._kernels[key]
 
-    def _find_places(self, matrix: ngsolve.BaseMatrix) -> dict[tuple, tuple]:
+    def find_places(self, places: "_Places"):
         """By kind and block: which entries of element matrices count, and where they belong.
 
         Searched for only once for all components that are numbered alike: their entries stand in
         the same order, behind the first one of the component in the row.
         """
-        places, found, unknowns = _Places(matrix), {}, self._elements.unknowns
+        unknowns = self._elements.unknowns
         alike = self._elements.numbered_alike()
         starts = [int(numbers[numbers >= 0].min()) for numbers in unknowns]
         relative: dict[tuple, tuple] = {}
@@ -220,8 +219,8 @@ class _Batches:
                     behind = places.of(rows, columns) - places.first_in(starts[j])[rows]
                     relative[key] = exists, rows - starts[i], behind
                 exists, rows, behind = relative[key]
-                found[kind, i, j] = exists, places.first_in(starts[j])[rows + starts[i]] + behind
-        return found
+                first = places.first_in(starts[j])[rows + starts[i]]
+                self._places[kind, i, j] = exists, first + behind
 
 
 class _Places:
