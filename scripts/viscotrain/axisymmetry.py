@@ -68,9 +68,14 @@ def advect(u: Velocity, f: CoefficientFunction) -> CoefficientFunction:
     return u.z * grad(f)[0] + u.r * grad(f)[1]
 
 
+def volume_integrand(integrand: CoefficientFunction) -> CoefficientFunction:
+    """With the weight of an integral over the fluid."""
+    return integrand * r
+
+
 def volume_integral(integrand: CoefficientFunction):
     """Integral over the fluid, compiled."""
-    return (integrand * r).Compile() * dx
+    return volume_integrand(integrand).Compile() * dx
 
 
 def boundary_integral(integrand: CoefficientFunction, boundary: str):

@@ -23,9 +23,11 @@ from viscotrain.axisymmetry import (
     Velocity,
     rate_of_deformation,
     volume_integral,
+    volume_integrand,
     vorticity,
     z,
 )
+from viscotrain.batches import BatchedForm
 from viscotrain.fluid import DimensionlessFluid
 from viscotrain.giesekus import LogConformation
 from viscotrain.meshes import Geometry
@@ -93,17 +95,25 @@ class Flow:
         for component in range(first_psi, len(self.space.components)):
             unknowns = self.space.Range(component)
             self.free_newtonian[unknowns.start : unknowns.stop] = False
-        self.newtonian = ngsolve.BilinearForm(self.space)
-        self.viscoelastic = ngsolve.BilinearForm(self.space)
-        self._add_momentum(self.newtonian, 1.0)
-        self._add_momentum(self.viscoelastic, fluid.solvent)
-        self._add_modes(self.viscoelastic, self.mesh_velocity)
+        self._functions = self.space.TnT()
+        self.newtonian = self._boundary_form()
+        for integrand in self._momentum(1.0):
+            self.newtonian += volume_integral(integrand)
+        self.viscoelastic = self._viscoelastic_form(self.mesh_velocity)
 
-    def _add_momentum(self, form, viscosity):
-        (u, p, drop, speeds, _), (v, q, drop_test, speed_tests, _) = self._unknowns()
-        form += volume_integral(weak_forms.viscous(viscosity, u, v))
-        form += volume_integral(weak_forms.pressure(p, v))
-        form += volume_integral(weak_forms.incompressibility(u, q))
+    def _momentum(self, viscosity) -> list[CoefficientFunction]:
+        """Integrands over the fluid, without those of the polymer."""
+        (u, p, *_), (v, q, *_) = self._unknowns()
+        return [
+            weak_forms.viscous(viscosity, u, v),
+            weak_forms.pressure(p, v),
+            weak_forms.incompressibility(u, q),
+        ]
+
+    def _boundary_form(self) -> ngsolve.BilinearForm:
+        """A form with the integrals over boundaries."""
+        form = ngsolve.BilinearForm(self.space)
+        (u, _, drop, speeds, _), (v, _, drop_test, speed_tests, _) = self._unknowns()
         form += weak_forms.flow_rate(
             u,
             v,
@@ -116,22 +126,30 @@ class Flow:
             self.geometry.moving_spheres, speeds, speed_tests, strict=True
         ):
             form += weak_forms.follow(u, speed, test, name)
+        return form
 
     def transient_form(
         self, mesh_velocity: Callable[[list], Velocity], storage: "Storage"
-    ) -> ngsolve.BilinearForm:
+    ) -> BatchedForm:
         """The viscoelastic residual with the time derivative of psi, on a mesh that moves.
 
         Args:
             mesh_velocity: w from the speeds of `Fields`.
             storage: Backward difference of psi.
         """
-        form = ngsolve.BilinearForm(self.space)
-        self._add_momentum(form, self.fluid.solvent)
-        self._add_modes(form, mesh_velocity, storage)
-        return form
+        return self._viscoelastic_form(mesh_velocity, storage)
 
-    def _add_modes(self, form, mesh_velocity, storage: "Storage | None" = None):
+    def _viscoelastic_form(self, mesh_velocity, storage=None) -> BatchedForm:
+        integrands = [
+            *self._momentum(self.fluid.solvent),
+            *self._modes(mesh_velocity, storage),
+        ]
+        integrands = [volume_integrand(integrand) for integrand in integrands]
+        return BatchedForm(self.space, self._functions, integrands, self._boundary_form())
+
+    def _modes(self, mesh_velocity, storage: "Storage | None") -> list[CoefficientFunction]:
+        """Integrands over the fluid of the stress and of the evolution of each mode."""
+        integrands = []
         (u, _, _, speeds, psis), (v, _, _, _, chis) = self._unknowns()
         w = mesh_velocity(speeds)
         relative = Velocity(z=u.z - w.z, r=u.r - w.r)
@@ -139,20 +157,19 @@ class Flow:
             lam = self.deborah * mode.relaxation_time
             tau = giesekus.polymer_stress(psi, mode.viscosity, lam)
             rate = giesekus.evolution(psi, rate_of_deformation(u), vorticity(u), lam, mode.mobility)
-            form += volume_integral(weak_forms.polymer(tau, v))
+            integrands.append(weak_forms.polymer(tau, v))
             tests = weak_forms.upwind(chi, relative, ngsolve.specialcf.mesh_size)
             components = weak_forms.transport(psi, tests, relative, rate)
             if storage is not None:
                 old = self.grouped(storage.history.components).psi[k]
                 stored = weak_forms.storage(psi, tests, storage.leading, old)
                 components = [a + b for a, b in zip(components, stored, strict=True)]
-            # one integral per test function: all in one would be an order of magnitude slower
-            for component in components:
-                form += volume_integral(component)
+            integrands += components
+        return integrands
 
     def _unknowns(self) -> tuple["Fields", "Fields"]:
         """Trial and test functions."""
-        return tuple(self.grouped(functions) for functions in self.space.TnT())
+        return tuple(self.grouped(functions) for functions in self._functions)
 
     def fields(self) -> "Fields":
         """The present state; velocities in the frame of the reference sphere."""

@@ -16,7 +16,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import ngsolve
-from netgen.libngpy._meshing import NgException
+
+from viscotrain.factorisation import FactorisationError, Factors, NgsolveFactors, factorise
 
 PATIENCE = 6  # updates with an old matrix that are cheaper than a new one
 SHORTEST_STEP = 1 / 32  # share of an update
@@ -64,7 +65,7 @@ class ModifiedNewton:
     def __init__(self, form: ngsolve.BilinearForm, free: ngsolve.BitArray):
         self._form, self._free = form, free
         self._onto_free = ngsolve.Projector(free, True)
-        self._inverse: ngsolve.BaseMatrix | None = None
+        self._factors: Factors | NgsolveFactors | None = None
 
     def solve(
         self,
@@ -93,16 +94,16 @@ class ModifiedNewton:
             prepare()
             self._form.Apply(state.vec, residual)
             self._onto_free.Project(residual)
-            if self._inverse is None:
+            if self._factors is None:
                 self._form.AssembleLinearization(state.vec)
                 try:
-                    self._inverse = self._form.mat.Inverse(self._free, inverse="umfpack")
-                except NgException as error:
+                    self._factors = factorise(self._form, self._free)
+                except FactorisationError as error:
                     result.reason = f"factorisation failed: {error}"
                     return result
                 result.factorisations += 1
                 step, fresh = 0.0, True
-            update.data = self._inverse * residual
+            self._factors.solve(residual, update)
             size = update.Norm() / root_of_size
             result.residuals.append(residual.Norm() / root_of_size)
             result.updates.append(size)
@@ -115,7 +116,7 @@ class ModifiedNewton:
                     return self._give_up(result, reason)
             elif not size < (1 - step / 4) * last_size:  # `last` was too long, or its matrix old
                 if not fresh:
-                    self._inverse = None
+                    self._factors = None
                 elif step > SHORTEST_STEP:
                     step /= 2
                     state.vec.data += step * last
@@ -123,10 +124,10 @@ class ModifiedNewton:
                     return self._give_up(result, "stuck")
                 continue
             elif step < 1:  # shortened enough; the matrix is of no use far from where it was made
-                self._inverse = None
+                self._factors = None
                 continue
             elif _updates_to_go(last_size, size, tolerance) > PATIENCE:
-                self._inverse = None
+                self._factors = None
             state.vec.data -= update
             last.data = update
             fresh = fresh and step == 0
@@ -136,22 +137,22 @@ class ModifiedNewton:
     def adjoint(
         self, state: ngsolve.GridFunction
     ) -> Callable[[ngsolve.BaseVector], ngsolve.BaseVector]:
-        """Solver with the transposed matrix: the last one, or that at the state if there is none."""
-        if self._inverse is None:
+        """Solver with the transposed matrix: the last one, or that at the state."""
+        if self._factors is None:
             self._form.AssembleLinearization(state.vec)
-            self._inverse = self._form.mat.Inverse(self._free, inverse="umfpack")
-        inverse = self._inverse
+            self._factors = factorise(self._form, self._free)
+        factors = self._factors
 
         def solve(right: ngsolve.BaseVector) -> ngsolve.BaseVector:
             solution = right.CreateVector()
-            solution.data = inverse.T * right
+            factors.solve_transposed(right, solution)
             return solution
 
         return solve
 
     def _give_up(self, result: Convergence, reason: str) -> Convergence:
         """The result with the reason; the matrix is of no further use."""
-        self._inverse = None
+        self._factors = None
         last = result.updates[-1]
         result.reason = f"{reason}: update {last:.1e} in iteration {result.iterations}"
         return result

@@ -16,7 +16,9 @@ PACKAGE = Path(__file__).parent
 # What an edit must repeat; a stage whose input changes is repeated anyway.
 PHYSICS = (  # modules that decide the numbers of the direct numerical simulation
     "axisymmetry",
+    "batches",
     "dns",
+    "factorisation",
     "flow",
     "fluid",
     "giesekus",
