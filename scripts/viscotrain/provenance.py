@@ -28,7 +28,7 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
 )
 TRANSIENT = (*PHYSICS, "moving_mesh", "trajectories", "transient")
 FLUID_FIT = ("fluid", "fluid_data", "fluid_fit", "pipe", "rheology")  # ... the fitted fluid
-TABLE = ("interpolation", "table")  # ... the table, given those
+TABLE = ("interpolation", "table", "triplets")  # ... the table, given those
 TRAINS = ("interpolation", "trains")  # ... the trains, given the table
 MOVIES = ("movies",)  # ... movies, given trains
 INTERACTIVE = ("interactive", "interpolation")  # ... the page for the browser
