@@ -41,7 +41,7 @@ MEASURED = Path(__file__).parent / "viscotrain" / "measured_costs.csv"
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
 SAMPLED = 8  # geometries whose mesh is made to count unknowns; the cost of the others is the mean
 START_UP = 2.0  # CPU seconds of a job that imports everything
-FIGURE = 3.0  # CPU seconds of a figure
+FIGURE = 1.5  # CPU seconds of a figure
 FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
 TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
@@ -233,7 +233,10 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     figures = len(study.deborah.values) + 2 * len(work.trains) + len(films) + 5
     jobs = len(work.flows_left) + len(trains)
     frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)
-    started = jobs + 2 * len(films) + len(design_map)
+    # Besides: design points by De and the map of them, figures of study, velocities and trains,
+    # field, table, page and summary.
+    rows = len({De for De, _ in study.map_conditions()})
+    started = jobs + len(films) + rows + len(work.trains) + 7
     # The flow that is drawn is solved once more, without being one of the table's jobs.
     rest = START_UP * started + FIGURE * figures + FRAME * frames + sum(design_map) + mean
     rest = rest if jobs else 0.0

@@ -27,8 +27,8 @@ from viscotrain.axisymmetry import (
     z,
 )
 from viscotrain.fluid import DimensionlessFluid
+from viscotrain.geometry import Geometry
 from viscotrain.giesekus import LogConformation
-from viscotrain.meshes import Geometry
 
 
 class Fields(NamedTuple):

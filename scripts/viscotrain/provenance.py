@@ -19,6 +19,7 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
     "dns",
     "flow",
     "fluid",
+    "geometry",
     "giesekus",
     "meshes",
     "newton",

@@ -25,8 +25,9 @@ from viscotrain.config import (
 )
 from viscotrain.errors import FluidError, SolutionError
 from viscotrain.flow import Flow
+from viscotrain.geometry import Geometry
 from viscotrain.interpolation import PARTICLES
-from viscotrain.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.meshes import MeshOptions, make_mesh
 from viscotrain.pipe import PipeFlow, pipe_flow
 from viscotrain.table import ATTRIBUTES, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED
 
@@ -141,7 +142,10 @@ def field(study: Study, sp: float, sf: float, deborah: float, report: Report) ->
     Raises:
         SolutionError: The point did not converge.
     """
-    for De, solution in solutions(study, triplet(study, sp, sf), up_to=deborah):
+    # Moderate De need no others of the study on the way; high ones start from those.
+    moderate = deborah <= study.dns.high_deborah.above
+    wanted = study.at([deborah]) if moderate else study
+    for De, solution in solutions(wanted, triplet(study, sp, sf), up_to=deborah):
         report(_line(De, solution))
     if not solution.solved:
         raise SolutionError(f"{geometry_name(sp, sf)}: {solution.convergence.reason}")
