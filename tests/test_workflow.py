@@ -115,6 +115,7 @@ def finished_study(tmp_path_factory) -> Path:
     (project.folder / "scripts" / "figures.py").write_text(stub, encoding="utf-8")
     done = project.snakemake("--cores", "2", "--configfile", project.configured(SMALL))
     assert done.returncode == 0, done.stdout + done.stderr
+    (project.folder / "terminal.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
     return project.folder
 
 
@@ -299,11 +300,11 @@ def test_another_frame_rate_repeats_no_simulation(finished):
 
 
 @pytest.mark.slow
-def test_the_single_sphere_is_the_first_simulation(finished_study):
-    """Its file is older than all others, though it is the last of the grid."""
-    times = {path.stem: path.stat().st_mtime for path in finished_study.rglob("dns/sp*.nc")}
-    assert len(times) == len(SIMULATED)
-    assert min(times, key=times.get) == "spinf_sfinf"
+def test_the_terminal_tells_what_was_solved_and_the_single_sphere_is_first(finished_study):
+    text = (finished_study / "terminal.txt").read_text(encoding="utf-8")
+    assert DNS_JOB.findall(text)[0] == ("inf", "inf")
+    for name in ("spinf_sfinf", "sp1.5_sfinf", "sp1.5_sf1.5"):
+        assert f"\n{name}: solved 1 of 1 De, up to 1\n" in text
 
 
 @pytest.mark.slow
