@@ -402,8 +402,8 @@ def test_digest_is_that_of_the_named_modules_only(tmp_path):
 
 
 def test_every_module_that_the_solver_imports_is_in_the_digest_of_the_physics():
-    """With `simulation`, which chooses the resolution; `errors` decides no number."""
-    code = "import sys, viscotrain.dns, viscotrain.pipe; print(*sys.modules)"
+    """With `simulation`, which chooses the resolution, and the mesher it calls."""
+    code = "import sys, viscotrain.dns, viscotrain.meshes, viscotrain.pipe; print(*sys.modules)"
     done = Project(ROOT).run("-c", code)
     found = {name.split(".")[1] for name in done.stdout.split() if name.startswith("viscotrain.")}
     assert (found - {"errors"}) | {"simulation"} == set(provenance.PHYSICS)
