@@ -8,7 +8,6 @@ from snakemake.exceptions import WorkflowError
 
 from viscotrain import provenance
 from viscotrain.config import (
-    check_geometries,
     data_files,
     fitted_fluid_file,
     geometry_name,
@@ -16,6 +15,8 @@ from viscotrain.config import (
     parse_study,
     point_name,
     read_yaml,
+    simulated,
+    simulated_deborahs,
     train_name,
 )
 from viscotrain.errors import ConfigError
@@ -60,7 +61,6 @@ include: "workflow/rules/table.smk"
 include: "workflow/rules/trains.smk"
 include: "workflow/rules/movies.smk"
 include: "workflow/rules/design_map.smk"
-include: "workflow/rules/rheology.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
 include: "workflow/rules/interactive.smk"

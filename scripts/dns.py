@@ -1,4 +1,4 @@
-"""Dns stage: one geometry (sp, sf) at all Deborah numbers of the study.
+"""Dns stage: one geometry (sp, sf) at all Deborah numbers at which the study needs it.
 
 From the command line:
 python scripts/dns.py --configfile config/config.yaml --sp 1.5 --sf inf OUTPUT [TIMING]
@@ -11,10 +11,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 
 from pathlib import Path
 
-from viscotrain import datasets
-from viscotrain.command import reporting
+from viscotrain import datasets, progress
+from viscotrain.command import announce, reporting
 from viscotrain.config import (
     Study,
+    geometry_name,
     load_study,
     parse_distance,
     parse_study,
@@ -33,6 +34,7 @@ def main(study: Study, sp: float, sf: float, output: str, timing: str | None = N
     if timing:
         Path(timing).parent.mkdir(parents=True, exist_ok=True)
         seconds.to_csv(timing, index=False)
+    announce(progress.line(study, geometry_name(sp, sf), result, Path(output).parent.parent))
 
 
 def _command_line():

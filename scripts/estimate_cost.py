@@ -14,13 +14,11 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import xarray as xr
-import yaml
 
 from viscotrain import dns, simulation
 from viscotrain.command import reporting
@@ -28,21 +26,22 @@ from viscotrain.config import (
     DesignMapConfig,
     Study,
     TrainsConfig,
-    check_geometries,
-    geometry_name,
     load_study,
-    parse_study,
+    simulated,
     train_name,
     with_fitted_fluid,
 )
 from viscotrain.fluid import NEWTONIAN
-from viscotrain.provenance import PHYSICS, TRAINS, digest
+from viscotrain.progress import Point, made_with, outcomes
+from viscotrain.provenance import TRAINS, digest
+from viscotrain.table import SOLVED
+from viscotrain.triplets import Triplet
 
 MEASURED = Path(__file__).parent / "viscotrain" / "measured_costs.csv"
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
 SAMPLED = 8  # geometries whose mesh is made to count unknowns; the cost of the others is the mean
 START_UP = 2.0  # CPU seconds of a job that imports everything
-FIGURE = 3.0  # CPU seconds of a figure
+FIGURE = 1.5  # CPU seconds of a figure
 FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
 TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
@@ -53,12 +52,33 @@ BUSY_CORE = 0.9  # what a further core adds: memory is shared, and the last jobs
 
 @dataclass(frozen=True)
 class Work:
-    """What a study consists of and what is left of it."""
+    """What a study consists of and what is left of it.
 
-    geometries: tuple[tuple[float, float], ...]
-    geometries_left: tuple[tuple[float, float], ...]
+    Attributes:
+        flows: Geometries that are simulated, each at its Deborah numbers.
+        outcomes: Status of the points that are there.
+        trains: (De, volume fraction).
+        trains_left: Those not there.
+    """
+
+    flows: dict[Triplet, tuple[float, ...]]
+    outcomes: dict[Point, int]
     trains: tuple[tuple[float, float], ...]
     trains_left: tuple[tuple[float, float], ...]
+
+    @property
+    def flows_left(self) -> dict[Triplet, tuple[float, ...]]:
+        """Geometries with the Deborah numbers that are not there."""
+        left = {
+            geometry: tuple(De for De in own if (*geometry, De) not in self.outcomes)
+            for geometry, own in self.flows.items()
+        }
+        return {geometry: own for geometry, own in left.items() if own}
+
+    @property
+    def solved(self) -> int:
+        """Points that are there and have a solution."""
+        return sum(status == SOLVED for status in self.outcomes.values())
 
 
 # -------------------------------------------------------------------------------- what is there
@@ -66,35 +86,17 @@ class Work:
 
 def work_of(study: Study, results: Path) -> Work:
     """Count results that are there and were made with the present settings and code."""
-    geometries = (*study.geometries, *check_geometries(study))
+    flows, there = simulated(study), outcomes(study, results)
     trains = tuple(itertools.product(study.trains.deborah, study.trains.volume_fraction))
-    physics, trains_code = digest(PHYSICS), digest(TRAINS)
-
-    def dns_done(geometry) -> bool:
-        path = results / "dns" / f"{geometry_name(*geometry)}.nc"
-        made, code = _made_with(path, "physics_digest")
-        return code == physics and made.dns_settings() == study.dns_settings()
+    trains_code = digest(TRAINS)
 
     def train_done(train) -> bool:
-        made, code = _made_with(results / "trains" / f"{train_name(*train)}.nc", "trains_digest")
+        made, code = made_with(results / "trains" / f"{train_name(*train)}.nc", "trains_digest")
         return code == trains_code and made.trains_settings() == study.trains_settings()
 
-    geometries_left = tuple(g for g in geometries if not dns_done(g))
+    work = Work(flows, there, trains, tuple(t for t in trains if not train_done(t)))
     # A table that changes repeats every train.
-    trains_left = trains if geometries_left else tuple(t for t in trains if not train_done(t))
-    return Work(geometries, geometries_left, trains, trains_left)
-
-
-def _made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
-    """Study and digest that a file was made with; none for a file that tells no valid ones."""
-    if not path.exists():
-        return None, ""
-    try:
-        with xr.open_dataset(path) as dataset:
-            attributes = dict(dataset.attrs)
-        return parse_study(yaml.safe_load(attributes["study_config"])), attributes[digest_attribute]
-    except (KeyError, OSError, ValueError):  # not netCDF, or of another version
-        return None, ""
+    return replace(work, trains_left=trains) if work.flows_left else work
 
 
 # -------------------------------------------------------------------------------- cost of a flow
@@ -218,7 +220,10 @@ class Cost:
 def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame) -> Cost:
     """Cost of the work that is left."""
     model = CostModel(measured)
-    each = [flow_seconds(study, unknowns(study, *g), model, own) for g in sample_of(work)]
+    each = []
+    for geometry in sample_of(work):
+        part = study.at(work.flows_left[geometry])
+        each.append(flow_seconds(part, unknowns(part, *geometry), model, own))
     if study.dns.method == "transient":
         each = [seconds * TRANSIENT for seconds in each]
     mean = float(np.mean(each)) if each else 0.0
@@ -226,23 +231,26 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     films = study.movie_conditions()
     design_map = [train_seconds(study, phi, study.design_map) for _, phi in study.map_conditions()]
     figures = len(study.deborah.values) + 2 * len(work.trains) + len(films) + 5
-    jobs = len(work.geometries_left) + len(trains)
+    jobs = len(work.flows_left) + len(trains)
     frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)
-    started = jobs + 2 * len(films) + len(design_map)
+    # Besides: design points by De and the map of them, figures of study, velocities and trains,
+    # field, table, page and summary.
+    rows = len({De for De, _ in study.map_conditions()})
+    started = jobs + len(films) + rows + len(work.trains) + 7
     # The flow that is drawn is solved once more, without being one of the table's jobs.
     rest = START_UP * started + FIGURE * figures + FRAME * frames + sum(design_map) + mean
     rest = rest if jobs else 0.0
     return Cost(
-        flows=len(work.geometries_left) * mean,
+        flows=len(work.flows_left) * mean,
         trains=sum(trains),
         rest=rest,
         longest=max([*each, *trains], default=0.0),
     )
 
 
-def sample_of(work: Work) -> list[tuple[float, float]]:
+def sample_of(work: Work) -> list[Triplet]:
     """Some of the geometries left, evenly spread."""
-    left = work.geometries_left
+    left = list(work.flows_left)
     number = min(SAMPLED, len(left))
     return [left[int((k + 0.5) * len(left) / number)] for k in range(number)]
 
@@ -263,16 +271,20 @@ def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) ->
     """The whole estimate as text."""
     work, own = work_of(study, results), own_costs(results)
     cost = cost_of(study, work, own, measured)
-    points = len(study.deborah.values)
-    geometries, left = len(work.geometries), len(work.geometries_left)
+    simulated_points = sum(map(len, work.flows.values()))
+    left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
+    table = len(study.geometries) * len(study.deborah.values)
+    unsolved = len(work.outcomes) - work.solved
     trains, trains_left = len(work.trains), len(work.trains_left)
     each = f", {cost.flows / left:.0f} s per geometry" if left else ""
     lines = [
-        f"study {study.study}: {geometries} geometries, {points * geometries} points "
+        f"study {study.study}: {len(work.flows)} geometries, {simulated_points} points "
         f"(De x geometry), {trains} trains with {study.trains.repeats} repeats each",
-        f"  done         {geometries - left} geometries, {points * (geometries - left)} points, "
-        f"{trains - trains_left} trains",
-        f"  left         {left} geometries, {points * left} points, {trains_left} trains",
+        f"               these make {table} points of the table, and check it",
+        f"  solved       {work.solved} points of {len(work.flows) - left} geometries"
+        + (f"; {unsolved} without a solution" if unsolved else "")
+        + f"; {trains - trains_left} trains",
+        f"  left         {left} geometries, {points_left} points, {trains_left} trains",
         f"  simulations  {_duration(cost.flows)} CPU{each}",
         f"  trains       {_duration(cost.trains)} CPU",
         f"  the rest     {_duration(cost.rest)} CPU: start of jobs, design map, movies, figures",

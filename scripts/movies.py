@@ -1,7 +1,7 @@
-"""Movies stage, second half: positions at the times of the frames -> movies of all cameras.
+"""Movies stage: velocity table and trains -> movies of all cameras, and all stations at a moment.
 
 From the command line:
-python scripts/movies.py --configfile config/config.yaml FILM FOLDER
+python scripts/movies.py --configfile config/config.yaml TABLE TRAINS FILM FOLDER [FIGURES]
 """
 
 import argparse
@@ -9,34 +9,80 @@ from pathlib import Path
 
 import xarray as xr
 
-from viscotrain import movies
+from viscotrain import datasets, figures, movies, provenance
 from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.config import Study, load_study, parse_study, train_name, with_fitted_fluid
+from viscotrain.interpolation import VelocityTable
 
 
-def main(study: Study, film: str | Path, folder: str | Path):
-    """Draw and encode the movies of one train."""
+def main(
+    study: Study,
+    table: str | Path,
+    trains: str | Path,
+    film: str | Path,
+    folder: str | Path,
+    figures_folder: str | Path | None = None,
+):
+    """Film the first repeat of a train, write what the cameras see, and make their movies."""
+    positions = positions_of(study, table, trains)
+    datasets.write(positions, film)
+    print(film)
+    if figures_folder:
+        name = f"stations_{train_name(positions['deborah'], positions['volume_fraction'])}"
+        drawing = figures.draw(name, positions, study.confinement)
+        drawing.data.attrs = provenance.attributes(
+            f"data of the figure {name} of study {study.study}", study.resolved_yaml()
+        )
+        figures.save(drawing, Path(figures_folder) / name)
     if not movies.ffmpeg():
         print("no ffmpeg found: movies are GIF, larger and coarser than MP4")
     look = {"width": study.movies.width, "frame_rate": study.movies.frame_rate}
-    for path in movies.make(xr.load_dataset(film), folder, **look):
+    for path in movies.make(positions, folder, **look):
         print(path)
+
+
+def positions_of(study: Study, table: str | Path, trains: str | Path) -> xr.Dataset:
+    """What the cameras see of the first repeat of a train."""
+    train = xr.load_dataset(trains)
+    deborah, phi = float(train["deborah"]), float(train["volume_fraction"])
+    result = movies.film(
+        VelocityTable.open(table).at(deborah),
+        train,
+        field_of_view=study.movie_field_of_view(),
+        interval=study.movies.interval,
+        frames=study.movies.frames,
+    )
+    result.attrs = provenance.attributes(
+        f"positions of spheres in the movies of study {study.study} at De = {deborah:g}, "
+        f"phi = {phi:g}",
+        study.resolved_yaml(),
+    ) | {"movies_digest": provenance.digest(provenance.MOVIES)}
+    return result
 
 
 def _command_line():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--configfile", required=True, help="config of the study")
-    parser.add_argument("film", help="netCDF file that film.py wrote")
-    parser.add_argument("folder", help="where to write")
-    arguments = parser.parse_args()
+    parser.add_argument("table", help="velocity table")
+    parser.add_argument("trains", help="netCDF file of the trains stage")
+    parser.add_argument("film", help="netCDF file to write, with positions")
+    parser.add_argument("folder", help="where to write movies")
+    parser.add_argument("figures", nargs="?", help="where to write the figure of all stations")
+    a = parser.parse_args()
     with reporting():
-        study = with_fitted_fluid(load_study(arguments.configfile))
-        main(study, arguments.film, arguments.folder)
+        study = with_fitted_fluid(load_study(a.configfile))
+        main(study, a.table, a.trains, a.film, a.folder, a.figures)
 
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
-        study = with_fitted_fluid(parse_study(snakemake.config))  # noqa: F821
-        main(study, snakemake.input[0], snakemake.output[0])  # noqa: F821
+        main(
+            with_fitted_fluid(parse_study(snakemake.config)),  # noqa: F821
+            snakemake.input.table,  # noqa: F821
+            snakemake.input.trains,  # noqa: F821
+            snakemake.output.film,  # noqa: F821
+            snakemake.output.movies,  # noqa: F821
+            Path(snakemake.output.stations).parent,  # noqa: F821
+        )
 elif __name__ == "__main__":
     _command_line()

@@ -30,10 +30,12 @@ def main(
     """Write the summary and print it; also the resolved config, as the table holds it."""
     velocities = xr.load_dataset(velocity_table)
     points, missing = velocities["status"].size, len(list(table.holes(velocities)))
+    twins = int((velocities["origin"] != table.ITSELF).sum()) if "origin" in velocities else 0
+    shared = f"; {twins} by the simulation of the same flow" if twins else ""
     cpu = sum(pd.read_csv(path)["cpu_seconds"].sum() for path in timing)
     lines = [
         str(velocities.attrs["title"]),
-        f"  points solved   {points - missing} of {points}, {missing} holes",
+        f"  points solved   {points - missing} of {points}, {missing} holes{shared}",
         f"  interpolation   {table.largest_check_error(velocities)}",
         f"  simulation      {cpu:.0f} CPU s in {len(timing)} jobs",
         f"  table           {velocity_table}",

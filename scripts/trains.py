@@ -1,4 +1,4 @@
-"""Trains stage: velocity table -> trains at one Deborah number and volume fraction.
+"""Trains stage: velocity table -> trains at one Deborah number, one file per volume fraction.
 
 From the command line:
 python scripts/trains.py --configfile config/config.yaml --deborah 5 --volume-fraction 0.004 \
@@ -75,13 +75,16 @@ def _command_line():
 
 if "snakemake" in globals():
     with reporting(snakemake.log[0]):  # noqa: F821
-        main(
-            with_fitted_fluid(parse_study(snakemake.config)),  # noqa: F821
-            snakemake.params.settings,  # noqa: F821
-            float(snakemake.wildcards.deborah),  # noqa: F821
-            float(snakemake.wildcards.volume_fraction),  # noqa: F821
-            snakemake.input[0],  # noqa: F821
-            snakemake.output[0],  # noqa: F821
-        )
+        study = with_fitted_fluid(parse_study(snakemake.config))  # noqa: F821
+        fractions = map(float, snakemake.params.volume_fraction)  # noqa: F821
+        for phi, output in zip(fractions, snakemake.output, strict=True):  # noqa: F821
+            main(
+                study,
+                snakemake.params.settings,  # noqa: F821
+                float(snakemake.wildcards.deborah),  # noqa: F821
+                phi,
+                snakemake.input[0],  # noqa: F821
+                output,
+            )
 elif __name__ == "__main__":
     _command_line()

@@ -13,13 +13,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from viscotrain import datasets
-from viscotrain.command import reporting
+from viscotrain import datasets, progress
+from viscotrain.command import announce, reporting
 from viscotrain.config import (
     Study,
     load_study,
     parse_distance,
     parse_study,
+    point_name,
     with_fitted_fluid,
 )
 from viscotrain.process import use_one_core
@@ -49,6 +50,8 @@ def main(
         row = {"sp": sp, "sf": sf, "deborah": deborah, "steps": len(steps), "cpu_seconds": seconds}
         pd.DataFrame([row]).to_csv(timing, index=False)
     checkpoint.unlink(missing_ok=True)
+    name = point_name(sp, sf, deborah)
+    announce(progress.line(study, name, result, Path(output).parent.parent))
 
 
 def _command_line():

@@ -25,8 +25,8 @@ from viscotrain.config import (
     parse_study,
     with_fitted_fluid,
 )
+from viscotrain.geometry import Geometry
 from viscotrain.interpolation import VelocityTable
-from viscotrain.meshes import Geometry
 from viscotrain.process import use_one_core
 
 

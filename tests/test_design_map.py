@@ -249,7 +249,9 @@ def test_scripts_from_the_command_line(tmp_path):
     for phi in ("0.01", "0.015"):
         condition = ["--deborah", "1", "--volume-fraction", phi]
         run("trains.py", "--design-map", *condition, "table.nc", f"phi{phi}.nc")
-    words = run("design_map.py", "map.nc", "phi0.015.nc", "phi0.01.nc")
+    words = run("design_map.py", "map.nc", "phi0.015.nc", "phi0.01.nc", "--figures", "figures")
+    assert (tmp_path / "figures" / "spacing_law.png").exists()
+    assert (tmp_path / "figures" / "design_map.csv").exists()
     assert "of 2 conditions" in words
     result = xr.load_dataset(tmp_path / "map.nc")
     scales = load_study(tmp_path / "study.yaml").scales(1.0)

@@ -15,7 +15,8 @@ from viscotrain import dns, newton
 from viscotrain.config import HighDeborahConfig, load_study
 from viscotrain.flow import Flow, copy
 from viscotrain.fluid import NEWTONIAN, DimensionlessFluid, Mode
-from viscotrain.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.geometry import Geometry
+from viscotrain.meshes import MeshOptions, make_mesh
 from viscotrain.pipe import pipe_flow
 from viscotrain.simulation import make_flow, solutions, solver_options, triplet
 

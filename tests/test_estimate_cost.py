@@ -25,7 +25,14 @@ from estimate_cost import (
 )
 
 from viscotrain import provenance
-from viscotrain.config import Study, geometry_name, load_study, train_name
+from viscotrain.config import (
+    Study,
+    geometry_name,
+    load_study,
+    simulated,
+    simulated_deborahs,
+    train_name,
+)
 from viscotrain.simulation import solutions, triplet
 
 ROOT = Path(__file__).parent.parent
@@ -72,7 +79,9 @@ def results_of(study: Study, folder: Path, geometries, trains=()) -> Path:
         (folder / sub).mkdir(parents=True, exist_ok=True)
     attributes = provenance.attributes("test", study.resolved_yaml())
     for geometry in geometries:
-        xr.Dataset(attrs=attributes).to_netcdf(folder / f"dns/{geometry_name(*geometry)}.nc")
+        De = list(simulated_deborahs(study, *geometry))
+        outcome = xr.Dataset({"status": ("deborah", [0] * len(De))}, {"deborah": De}, attributes)
+        outcome.to_netcdf(folder / f"dns/{geometry_name(*geometry)}.nc")
         timing = [{"deborah": 0, "cpu_seconds": 0.5, "unknowns": 1000}]
         timing += [{"deborah": 1, "cpu_seconds": 7.0, "unknowns": 2000}]
         path = folder / f"dns/timing/{geometry_name(*geometry)}.csv"
@@ -88,20 +97,24 @@ def results_of(study: Study, folder: Path, geometries, trains=()) -> Path:
 
 def test_counts_of_a_study_that_never_ran(study, tmp_path):
     work = work_of(study, tmp_path)
-    assert len(work.geometries) == len(work.geometries_left) == 5  # 2 x 2 and one to check
+    # Of 2 x 2 and one to check, (inf, 1.5) is (1.5, inf).
+    assert work.flows == work.flows_left == simulated(study)
+    assert len(work.flows) == 4
+    assert work.solved == 0
     assert work.trains == work.trains_left == ((1.0, 0.01),)
 
 
 def test_finished_geometries_are_not_counted_again(study, tmp_path):
-    work = work_of(study, results_of(study, tmp_path, study.geometries[:3], [(1.0, 0.01)]))
-    assert len(work.geometries_left) == 2
+    work = work_of(study, results_of(study, tmp_path, list(simulated(study))[:3], [(1.0, 0.01)]))
+    assert len(work.flows_left) == 1
+    assert work.solved == 6
     assert len(work.trains_left) == 1  # the table they rest on will change
 
 
 def test_nothing_is_left_of_a_finished_study(study, tmp_path, measured):
-    everything = work_of(study, tmp_path).geometries
+    everything = work_of(study, tmp_path).flows
     work = work_of(study, results_of(study, tmp_path, everything, [(1.0, 0.01)]))
-    assert (work.geometries_left, work.trains_left) == ((), ())
+    assert (work.flows_left, work.trains_left) == ({}, ())
     assert cost_of(study, work, own_costs(tmp_path), measured).together == 0
     assert "expected     0.00 core-hours" in estimate(study, tmp_path, 2, measured)
 
@@ -111,7 +124,7 @@ def test_results_of_other_settings_do_not_count(change, study, tmp_path):
     results_of(study, tmp_path, study.geometries)
     section, values = next(iter(change.items()))
     other = study.model_copy(update={section: getattr(study, section).model_copy(update=values)})
-    assert len(work_of(other, tmp_path).geometries_left) == 5
+    assert len(work_of(other, tmp_path).flows_left) == 4
 
 
 def test_results_of_other_physics_do_not_count(study, tmp_path):
@@ -119,14 +132,34 @@ def test_results_of_other_physics_do_not_count(study, tmp_path):
     path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
     dataset = xr.load_dataset(path).assign_attrs(physics_digest="0123")
     dataset.to_netcdf(path)
-    assert study.geometries[0] in work_of(study, tmp_path).geometries_left
+    assert study.geometries[0] in work_of(study, tmp_path).flows_left
 
 
 def test_broken_files_do_not_count(study, tmp_path):
     results_of(study, tmp_path, study.geometries[:1])
     path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
     path.write_bytes(path.read_bytes()[:100])
-    assert len(work_of(study, tmp_path).geometries_left) == 5
+    assert len(work_of(study, tmp_path).flows_left) == 4
+
+
+def test_points_are_counted_and_not_files(study, tmp_path, measured):
+    results_of(study, tmp_path, study.geometries[:1])
+    path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
+    failed = xr.load_dataset(path)
+    failed["status"][1] = 1
+    failed.to_netcdf(path)
+    text = estimate(study, tmp_path, 2, measured)
+    assert "solved       1 points of 1 geometries; 1 without a solution; 0 trains" in text
+
+
+def test_finished_start_ups_are_not_counted_again(study, tmp_path):
+    method = study.dns.model_copy(update={"method": "transient"})
+    study = study.model_copy(update={"dns": method})
+    (tmp_path / "transient").mkdir()
+    attributes = provenance.attributes("test", study.resolved_yaml())
+    outcome = xr.Dataset({"status": 0, "deborah": 1.0}, attrs=attributes)
+    outcome.to_netcdf(tmp_path / "transient/sp1.5_sf1.5_De1.nc")
+    assert work_of(study, tmp_path).flows_left[1.5, 1.5] == (0,)
 
 
 def test_the_sample_is_spread_over_what_is_left(tmp_path):
@@ -227,5 +260,5 @@ def test_command_line_with_the_shipped_measurements(tmp_path):
         [*script, *options], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
     )
     assert done.returncode == 0, done.stderr
-    assert "study tiny: 5 geometries, 10 points (De x geometry), 1 trains" in done.stdout
+    assert "study tiny: 4 geometries, 8 points (De x geometry), 1 trains" in done.stdout
     assert "core-hours" in done.stdout

@@ -323,12 +323,13 @@ def test_scripts_from_the_command_line_and_their_word_about_a_missing_ffmpeg(tmp
     train, film = tmp_path / "train.nc", tmp_path / "film.nc"
     condition = ["--deborah", "1", "--volume-fraction", "0.01"]
     run("trains.py", *condition, tmp_path / "table.nc", train)
-    run("film.py", tmp_path / "table.nc", train, film)
+    sources = tmp_path / "table.nc", train, film
+    words = run("movies.py", *sources, tmp_path / "mp4", tmp_path / "figures")
     assert xr.load_dataset(film).sizes["frame"] == 4
-    words = run("movies.py", film, tmp_path / "mp4")
+    assert (tmp_path / "figures" / "stations_De1_phi0.01.pdf").exists()
     assert "GIF" not in words and (tmp_path / "mp4" / "station_10.mp4").stat().st_size > 0
     missing = "import imageio_ffmpeg; imageio_ffmpeg._utils._get_ffmpeg_exe = lambda: None"
-    words = run("movies.py", film, tmp_path / "gif", code=missing)
+    words = run("movies.py", *sources, tmp_path / "gif", code=missing)
     assert "no ffmpeg found: movies are GIF" in words
     assert len(list((tmp_path / "gif").glob("*.gif"))) == 4
 

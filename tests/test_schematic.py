@@ -8,7 +8,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from viscotrain import schematic
 from viscotrain.config import load_study
-from viscotrain.meshes import Geometry
+from viscotrain.geometry import Geometry
 
 CONFIG = Path(__file__).parents[1] / "config"
 

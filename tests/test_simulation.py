@@ -116,3 +116,40 @@ def test_sampled_fields_have_the_flow_in_them():
     # near the wall shear makes a tension along the flow, tau_zz > 0, and drags it, tau_zr < 0
     assert (field["stress_zz"].values[wall] > 0).all()
     assert (field["stress_zr"].values[wall] < 0).all()
+
+
+# ------------------------------------------------------------------------------- same flows
+
+
+def velocities(study, sp, sf):
+    """U by De and particle, of a direct solution at every De."""
+    found = [
+        s.velocities for _, s in simulation.solutions(study, simulation.triplet(study, sp, sf))
+    ]
+    assert len(found) == len(study.deborah.values)
+    return found
+
+
+def test_a_pair_has_the_same_velocities_under_both_names():
+    behind, ahead = velocities(TINY, 1.5, math.inf), velocities(TINY, math.inf, 1.5)
+    for first, second in zip(behind, ahead, strict=True):
+        assert first["trailing"] == pytest.approx(second["middle"], abs=1e-8)
+        assert first["middle"] == pytest.approx(second["leading"], abs=1e-8)
+
+
+def test_the_mirror_image_has_the_same_velocities_without_elasticity():
+    study = TINY.at([0.0])
+    (near,), (far,) = velocities(study, 1.2, 2.5), velocities(study, 2.5, 1.2)
+    assert near["trailing"] == pytest.approx(far["leading"], abs=2e-7)
+    assert near["middle"] == pytest.approx(far["middle"], abs=2e-7)
+    assert near["leading"] == pytest.approx(far["trailing"], abs=2e-7)
+
+
+def test_a_file_holds_the_deborah_numbers_at_which_it_is_needed():
+    axis = (1.2, 1.5, math.inf)
+    table = TINY.table.model_copy(update={"sp": axis, "sf": axis})
+    study = TINY.model_copy(update={"table": table})
+    result, timing = simulation.simulate(study, 1.5, 1.2, quiet)
+    assert result["deborah"].values.tolist() == [1.0]
+    assert timing["deborah"].tolist() == [1.0]
+    assert parse_study(yaml.safe_load(result.attrs["study_config"])) == study

@@ -14,6 +14,9 @@ from viscotrain import datasets
 from viscotrain.errors import TableError
 from viscotrain.interpolation import VelocityTable
 from viscotrain.table import (
+    ITSELF,
+    MIRROR,
+    SAME_PAIR,
     after_start_up,
     check_errors,
     combine,
@@ -21,10 +24,11 @@ from viscotrain.table import (
     pair_velocity,
     summary,
 )
+from viscotrain.triplets import simulations
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 INF = np.inf
-SP, SF, DEBORAH = [1.1, 2.0, INF], [1.2, 3.0, 5.0, INF], [0.0, 1.0]
+SP, SF, DEBORAH = [1.1, 2.0, INF], [1.2, 3.0, 5.0, INF], (0.0, 1.0)
 
 
 def results(**changes):
@@ -229,6 +233,65 @@ def test_script_ends_with_a_message_without_a_traceback(config, tmp_path):
     assert not output.exists()
 
 
+# ------------------------------------------------------------------------------- same flows
+
+
+def symmetric_result(sp, sf, deborah):
+    """As `dns_result`, but at De = 0 of a law that is the same for the mirror image."""
+    result = dns_result(sp, sf, deborah)
+    mirrored = dns_result(sf, sp, deborah)["velocity"].values[:, ::-1]
+    at_rest = result["deborah"] == 0
+    mean = result["velocity"].copy(data=(result["velocity"].values + mirrored) / 2)
+    result["velocity"] = result["velocity"].where(~at_rest, mean)
+    return result
+
+
+@pytest.mark.parametrize("axis", [[1.1, 1.5, INF], DEMO_NODES])
+def test_a_flow_with_two_names_is_in_the_table_twice(axis):
+    """Of all simulations, those that are needed make the same table."""
+    grid = list(itertools.product(axis, axis))
+    needed = simulations(grid, DEBORAH)
+    every = [symmetric_result(*triplet, DEBORAH) for triplet in grid]
+    few = [symmetric_result(*triplet, own) for triplet, own in needed.items()]
+    axes = {"sp": axis, "sf": axis, "deborah": DEBORAH}
+    whole, table = combine(every, **axes), combine(few, **axes)
+    n = len(axis) - 1
+    assert len(few) == (n + 1) ** 2 - n
+    assert sum(map(len, needed.values())) == 2 * len(few) - n * (n - 1) // 2
+    xr.testing.assert_identical(table.drop_vars("origin"), whole.drop_vars("origin"))
+    assert (whole["origin"] == ITSELF).all()
+    assert (table["origin"].sel(sp=INF).isel(sf=slice(0, n)) == SAME_PAIR).all()
+    assert (table["origin"].sel(sf=INF) == ITSELF).all()
+    assert table["origin"].sel(sp=1.5, sf=1.1).values.tolist() == [MIRROR, ITSELF]
+    assert (table["origin"].sel(sp=1.1, sf=1.5) == ITSELF).all()
+
+
+def test_a_twin_that_failed_makes_two_holes():
+    pairs = {"sp": [1.1, INF], "sf": [1.1, INF], "deborah": DEBORAH}
+    parts = [dns_result(1.1, INF, unsolved=[1.0]), dns_result(1.1, 1.1), dns_result(INF, INF)]
+    table = combine(parts, **pairs, max_holes=2)
+    assert list(holes(table)) == [(1.0, 1.1, INF), (1.0, INF, 1.1)]
+    with pytest.raises(TableError, match=r"sp inf, sf 1\.1: no convergence in 15 iterations"):
+        combine(parts, **pairs)
+
+
+def test_a_triplet_is_not_simulated_as_one_that_is_not_wanted():
+    """Only sf has 1.2, so its pair and its triplets stand for themselves."""
+    grid = list(itertools.product([1.1, 2.0, INF], [1.1, 1.2, INF]))
+    needed = simulations(grid, DEBORAH)
+    assert needed[INF, 1.2] == needed[2.0, 1.2] == needed[2.0, 1.1] == DEBORAH
+    assert (INF, 1.1) not in needed
+
+
+def test_mirrors_between_the_nodes_are_used():
+    table = combined(results())
+    parts = [dns_result(1.3, 1.9), dns_result(1.9, 1.3, deborah=[1.0])]
+    checked = check_errors(table, parts)
+    U = checked["check_velocity"].sel(deborah=0.0).values
+    np.testing.assert_array_equal(U[1], U[0][::-1])
+    assert np.isfinite(checked["check_error"]).all()
+
+
 # ---------------------------------------------------------------------------- transient results
 
 
@@ -290,6 +353,23 @@ def test_transient_results_between_the_nodes_are_compared_at_their_present_dista
     present = (float(between[1][name][0]) for name in ("present_sp", "present_sf"))
     expected = np.diff(velocities(*present)) - np.diff(between[1]["velocity"].values[0])
     np.testing.assert_allclose(checked["check_error"].sel(deborah=1.0)[0], expected, atol=1e-15)
+
+
+def test_a_start_up_of_a_pair_has_its_present_distance_under_both_names():
+    parts = transient_results()
+    needed = simulations(list(itertools.product(DEMO_NODES, DEMO_NODES)), DEBORAH)
+    few = [
+        part
+        for part in parts
+        if float(part["deborah"][0]) in needed.get((float(part["sp"]), float(part["sf"])), ())
+    ]
+    assert len(few) == len(parts) - 2 * 4 - 6
+    axes = {"sp": DEMO_NODES, "sf": DEMO_NODES, "deborah": DEBORAH}
+    table = combine(few, **axes)
+    for name, other in (("present_sp", "present_sf"), ("present_sf", "present_sp")):
+        turned = table[other].transpose("deborah", "sf", "sp").values
+        np.testing.assert_array_equal(table[name].values[0], turned[0])
+        np.testing.assert_array_equal(table[name].values[:, -1], turned[:, -1])
 
 
 def test_a_start_up_that_fails_is_a_hole():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from viscotrain.config import load_study
-from viscotrain.meshes import Geometry
+from viscotrain.geometry import Geometry
 from viscotrain.simulation import triplet
 from viscotrain.table import NOT_CONVERGED, SOLVED
 from viscotrain.trajectories import simulate, start_up_time, time_options

@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 
 from viscotrain.flow import Flow
 from viscotrain.fluid import DimensionlessFluid, Mode
-from viscotrain.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.geometry import Geometry
+from viscotrain.meshes import MeshOptions, make_mesh
 from viscotrain.transient import TimeOptions, Transient
 
 REFERENCE = Path(__file__).parent / "reference"

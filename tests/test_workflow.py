@@ -25,24 +25,21 @@ PARTS = ("workflow", "scripts", "config", "profiles", "envs")
 DNS_JOB = re.compile(r"Simulating the triplet sp = (\S+), sf = (\S+)")
 JOB_COUNT = re.compile(r"^(\w+)\s+(\d+)$", re.MULTILINE)
 TINY = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
-# Four geometries at one Deborah number: the least that has every kind of job.
+# Two distances at one Deborah number: the least that has every kind of job.
 SMALL = TINY | {
     "study": "small",
     "deborah": {"values": [1], "definition": "longest_mode"},
     "table": {"sp": [1.5, float("inf")], "sf": [1.5, float("inf")], "check": 0, "max_holes": 0},
 }
+SIMULATED = {("1.5", "1.5"), ("1.5", "inf"), ("inf", "inf")}  # (inf, 1.5) is (1.5, inf)
 AFTER_DNS = {
     "table": 1,
     "trains": 1,
-    "film": 1,
     "movies": 1,
-    "stations": 1,
-    "design_point": 2,
+    "design_points": 1,
     "design_map": 1,
-    "map_figure": 2,
-    "pair_velocity": 1,
-    "relative_velocities": 1,
-    "spacing_or_train": 2,
+    "velocity_figures": 1,
+    "train_figures": 1,
     "interactive": 1,
     "summary": 1,
     "all": 1,
@@ -91,6 +88,8 @@ class Project:
         assert done.returncode == 0, text
         counts = {rule: int(count) for rule, count in JOB_COUNT.findall(text)}
         counts.pop("total", None)
+        if first := counts.pop("dns_single_sphere", 0):
+            counts["dns"] = counts.get("dns", 0) + first
         geometries = DNS_JOB.findall(text)
         assert len(geometries) == counts.get("dns", 0)
         return counts, set(geometries)
@@ -116,6 +115,7 @@ def finished_study(tmp_path_factory) -> Path:
     (project.folder / "scripts" / "figures.py").write_text(stub, encoding="utf-8")
     done = project.snakemake("--cores", "2", "--configfile", project.configured(SMALL))
     assert done.returncode == 0, done.stdout + done.stderr
+    (project.folder / "terminal.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
     return project.folder
 
 
@@ -130,26 +130,22 @@ def finished(finished_study, tmp_path) -> Project:
 
 @pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "config").glob("*.yaml")))
 def test_every_shipped_config_has_a_plan(config, project):
-    study = yaml.safe_load((ROOT / "config" / config).read_text(encoding="utf-8"))
-    table, trains = study["table"], study["trains"]
-    number_of_trains = len(trains["deborah"]) * len(trains["volume_fraction"])
+    study = load_study(ROOT / "config" / config)
+    number_of_trains = len(study.trains.deborah) * len(study.trains.volume_fraction)
+    distances = len(study.table.sp) - 1
     jobs, geometries = project.plan("--configfile", f"config/{config}")
     assert jobs == AFTER_DNS | {
-        "dns": len(table["sp"]) * len(table["sf"]) + table["check"],
+        "dns": len(study.geometries) + study.table.check - distances,
         "trains": number_of_trains,
-        "film": number_of_trains,
         "movies": number_of_trains,
-        "stations": number_of_trains,
-        "design_point": len(load_study(ROOT / "config" / config).map_conditions()),
-        "schematic": 1,
-        "relative_velocities": len(study["deborah"]["values"]),
-        "spacing_or_train": 2 * number_of_trains,
+        "train_figures": number_of_trains,
+        "design_points": len({De for De, _ in study.map_conditions()}),
+        "study_figures": 1,
         "field": 1,
-        "stress_field": 1,
-        "rheology": 1,
     }
     assert len(geometries) == jobs["dns"]
-    assert {("inf", "inf"), (str(table["sp"][0]), "inf")} <= geometries
+    assert {("inf", "inf"), (str(study.table.sp[0]), "inf")} <= geometries
+    assert ("inf", str(study.table.sp[0])) not in geometries
 
 
 def fitted(project, name="data/rheology.csv") -> str:
@@ -163,10 +159,10 @@ def test_the_fit_of_the_fluid_is_upstream_of_everything(project):
     config = fitted(project)
     written, _ = project.plan("--configfile", "config/tiny.yaml")
     jobs, geometries = project.plan("--configfile", config)
-    assert jobs["fluid_fit"] == jobs["rheology"] == written["rheology"] == 1
+    assert jobs["fluid_fit"] == jobs["study_figures"] == written["study_figures"] == 1
     assert "fluid_fit" not in written
     assert set(jobs) == set(written) | {"fluid_fit"}
-    assert len(geometries) == 4
+    assert geometries == SIMULATED
     targets = ("dns/field.nc", "transient/sp1.5_sf1.5_De1.nc", "figures/rheology.png")
     for target in ("dns/spinf_sfinf.nc", *targets):
         jobs, _ = project.plan(f"results/fitted/{target}", "--configfile", config)
@@ -193,7 +189,7 @@ def test_a_fitted_fluid_reaches_its_figure(project):
 
     project.edit("data/rheology.csv", "0.1,0.0002097", "0.1,0.0002098")
     jobs, _ = project.plan("results/fitted/figures/rheology.png", "--configfile", config)
-    assert jobs == {"fluid_fit": 1, "rheology": 1}
+    assert jobs == {"fluid_fit": 1, "study_figures": 1}
 
 
 def test_missing_data_stop_before_any_job(project):
@@ -234,15 +230,13 @@ def test_the_paper_draws_the_conditions_of_the_experiments(project):
     names = [f"spacing_De{De}_phi{phi}" for De in (31, 62) for phi in (0.006, 0.01)]
     targets = [f"results/paper/figures/{name}.png" for name in names]
     jobs, _ = project.plan(*targets, "--configfile", "config/paper.yaml")
-    assert (jobs["spacing_or_train"], jobs["trains"]) == (4, 4)
+    assert (jobs["train_figures"], jobs["trains"]) == (4, 4)
 
 
 def test_without_movies_and_map_there_are_none(project):
     less = SMALL | {"movies": {"deborah": []}, "design_map": {"deborah": []}}
     jobs, _ = project.plan("--configfile", project.configured(less))
-    assert not {"film", "movies", "stations", "design_point", "design_map", "map_figure"} & set(
-        jobs
-    )
+    assert not {"movies", "design_points", "design_map"} & set(jobs)
 
 
 def test_without_a_config_file_the_demo_is_planned(project):
@@ -251,7 +245,7 @@ def test_without_a_config_file_the_demo_is_planned(project):
 
 def test_fields_of_every_point_do_not_change_the_plan(project):
     saving = SMALL | {"dns": SMALL["dns"] | {"save_fields": True}}
-    assert project.plan("--configfile", project.configured(saving))[0]["dns"] == 4
+    assert project.plan("--configfile", project.configured(saving))[1] == SIMULATED
 
 
 @pytest.mark.slow
@@ -259,7 +253,7 @@ def test_the_transient_method_has_one_job_per_geometry_and_deborah_number(projec
     """All points of grid and check; De = 0 too, which ends at its start."""
     study = TINY | {"dns": TINY["dns"] | {"method": "transient"}}
     jobs, _ = project.plan("--configfile", project.configured(study))
-    assert jobs["transient"] == (2 * 2 + 1) * 2
+    assert jobs["transient"] + jobs["transient_single_sphere"] == (2 * 2 - 1 + 1) * 2
     assert "dns" not in jobs
 
 
@@ -306,11 +300,19 @@ def test_another_frame_rate_repeats_no_simulation(finished):
 
 
 @pytest.mark.slow
+def test_the_terminal_tells_what_was_solved_and_the_single_sphere_is_first(finished_study):
+    text = (finished_study / "terminal.txt").read_text(encoding="utf-8")
+    assert DNS_JOB.findall(text)[0] == ("inf", "inf")
+    for name in ("spinf_sfinf", "sp1.5_sfinf", "sp1.5_sf1.5"):
+        assert f"\n{name}: solved 1 of 1 De, up to 1\n" in text
+
+
+@pytest.mark.slow
 def test_a_distance_more_runs_only_the_new_geometries_and_what_follows(finished):
     larger = SMALL | {"table": SMALL["table"] | {"sp": [1.5, 2.5, float("inf")]}}
     jobs, geometries = finished.plan("--configfile", finished.configured(larger))
     assert geometries == {("2.5", "1.5"), ("2.5", "inf")}
-    assert jobs == AFTER_DNS | {"dns": 2, "schematic": 1}
+    assert jobs == AFTER_DNS | {"dns": 2, "study_figures": 1}
 
 
 @pytest.mark.slow
@@ -319,11 +321,9 @@ def test_other_trains_simulate_no_flow(finished):
     jobs, _ = finished.plan("--configfile", finished.configured(more))
     assert jobs == {
         "trains": 1,
-        "film": 1,
         "movies": 1,
-        "stations": 1,
-        "schematic": 1,
-        "spacing_or_train": 2,
+        "study_figures": 1,
+        "train_figures": 1,
         "interactive": 1,
         "summary": 1,
         "all": 1,
@@ -334,7 +334,7 @@ def test_other_trains_simulate_no_flow(finished):
 def test_a_tolerance_simulates_every_flow_again(finished):
     stricter = SMALL | {"dns": SMALL["dns"] | {"tolerance": 1e-8}}
     jobs, _ = finished.plan("--configfile", finished.configured(stricter))
-    assert (jobs["dns"], jobs["field"]) == (4, 1)
+    assert (jobs["dns"], jobs["field"]) == (3, 1)
 
 
 @pytest.mark.slow
@@ -350,7 +350,7 @@ def test_code_of_the_physics_repeats_every_simulation(finished):
     path = finished.folder / "scripts" / "viscotrain" / "weak_forms.py"
     path.write_text(path.read_text(encoding="utf-8") + "\n\nUNUSED = 1\n", encoding="utf-8")
     jobs, _ = finished.plan("--configfile", "study.yaml")
-    assert jobs == AFTER_DNS | {"dns": 4, "field": 1, "stress_field": 1}
+    assert jobs == AFTER_DNS | {"dns": 3, "field": 1}
 
 
 # ----------------------------------------------------------------------------------------- digest
@@ -402,8 +402,8 @@ def test_digest_is_that_of_the_named_modules_only(tmp_path):
 
 
 def test_every_module_that_the_solver_imports_is_in_the_digest_of_the_physics():
-    """With `simulation`, which chooses the resolution; `errors` decides no number."""
-    code = "import sys, viscotrain.dns, viscotrain.pipe; print(*sys.modules)"
+    """With `simulation`, which chooses the resolution, and the mesher it calls."""
+    code = "import sys, viscotrain.dns, viscotrain.meshes, viscotrain.pipe; print(*sys.modules)"
     done = Project(ROOT).run("-c", code)
     found = {name.split(".")[1] for name in done.stdout.split() if name.startswith("viscotrain.")}
     assert (found - {"errors"}) | {"simulation"} == set(provenance.PHYSICS)

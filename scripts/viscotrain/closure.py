@@ -20,8 +20,8 @@ from scipy.integrate import solve_ivp
 
 from viscotrain.config import Study
 from viscotrain.errors import SolutionError
+from viscotrain.geometry import Geometry
 from viscotrain.interpolation import CONTACT, LEADING, MIDDLE, TRAILING, TripletVelocities
-from viscotrain.meshes import Geometry
 from viscotrain.simulation import Report, solutions, triplet
 from viscotrain.trains import chain_motion
 

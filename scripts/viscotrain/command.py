@@ -9,6 +9,17 @@ from pathlib import Path
 from viscotrain.errors import ViscotrainError
 
 
+def announce(text: str):
+    """Print to a job's log, and also where Snakemake prints what it does.
+
+    A job's process has the terminal of Snakemake as its standard error; only Python's names for
+    it lead to the log while `reporting`.
+    """
+    print(text)
+    if sys.__stderr__ is not None:
+        print(text, file=sys.__stderr__, flush=True)
+
+
 @contextlib.contextmanager
 def reporting(log: str | Path | None = None) -> Iterator[None]:
     """Print to a log file, if there is one, and end with a message where viscotrain refuses.

@@ -39,6 +39,7 @@ from viscotrain.config_problems import (
 )
 from viscotrain.errors import ConfigError, FluidError
 from viscotrain.fluid import DimensionlessFluid, Scales, mean_spacing
+from viscotrain.triplets import Triplet, simulations
 
 FIELD_OF_VIEW = 10.0  # of a movie's camera, in D
 MAP_VOLUME_FRACTIONS = (0.002, 0.004, 0.006, 0.01)  # of the design map
@@ -530,6 +531,11 @@ class Study(_Section):
         """The grid of the table: all (sp, sf), sf running fastest."""
         return tuple(itertools.product(self.table.sp, self.table.sf))
 
+    def at(self, deborahs: Sequence[float]) -> Self:
+        """The same study at some of its Deborah numbers."""
+        section = self.deborah.model_copy(update={"values": tuple(deborahs)})
+        return self.model_copy(update={"deborah": section})
+
     def deborah_longest_mode(self, deborah: float) -> float:
         """De of the longest mode, lambda_1 Ubar/D, for a De in the config's definition."""
         if self.deborah.definition == "longest_mode" or not self.fluid.modes:
@@ -706,6 +712,21 @@ def check_geometries(study: Study) -> tuple[tuple[float, float], ...]:
         sp = cells_sp[int(k / plastic % 1 * len(cells_sp))]
         sf = cells_sf[int(k / plastic**2 % 1 * len(cells_sf))]
         chosen[sp, sf] = None
+
+
+def simulated(study: Study) -> dict[Triplet, tuple[float, ...]]:
+    """Geometries (sp, sf) that are simulated, grid and check, each at its Deborah numbers.
+
+    Flows that are the same are simulated once, see `triplets`.
+    """
+    deborahs = study.deborah.values
+    checks = simulations(check_geometries(study), deborahs)
+    return simulations(study.geometries, deborahs) | checks
+
+
+def simulated_deborahs(study: Study, sp: float, sf: float) -> tuple[float, ...]:
+    """Deborah numbers at which a geometry is simulated; all of them for one of no table."""
+    return simulated(study).get((sp, sf), study.deborah.values)
 
 
 def _cell_middles(nodes: Sequence[float]) -> list[float]:

@@ -7,9 +7,9 @@ De = 0. The flow is Newtonian and linear; solved in high order, it is exact to 1
 
 Ladder. The way to any De leads over the rungs 1, 3, 10, 30, ... below it. They are passed in the
 order below the one asked for; where it says that the mesh may be too coarse, the rung is solved in
-the order asked for and the mesh refined until that is accurate (`refinement`). From its rung a De is
-reached by a branch with a mesh of its own, refined in the same way. So what is found at one De does
-not depend on which others are asked for.
+the order asked for and the mesh refined until that is accurate (`refinement`). From its rung a De
+is reached by a branch with a mesh of its own, refined in the same way. So what is found at one De
+does not depend on which others are asked for.
 
 Continuation. The guess of a step extrapolates up to `HISTORY` solutions as polynomials of
 log(1 + De/De_0); a step that fails is halved.

@@ -29,8 +29,8 @@ from viscotrain.axisymmetry import (
 )
 from viscotrain.batches import BatchedForm
 from viscotrain.fluid import DimensionlessFluid
+from viscotrain.geometry import Geometry
 from viscotrain.giesekus import LogConformation
-from viscotrain.meshes import Geometry
 
 
 class Fields(NamedTuple):

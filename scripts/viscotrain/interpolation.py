@@ -111,8 +111,8 @@ class TripletVelocities:
         x_p, x_f = x_p - self._x_p[i], x_f - self._x_f[j]
         cells_p, cells_f = self._x_p.size - 1, self._x_f.size - 1
         c = self._cells.take((particle * cells_p + i) * cells_f + j, axis=-1)
-        b = ((c[0] * x_p + c[1]) * x_p + c[2]) * x_p + c[3]
-        return ((b[0] * x_f + b[1]) * x_f + b[2]) * x_f + b[3]
+        b = _horner(c, x_p)
+        return _horner(b, x_f)
 
 
 def _check_nodes(name: str, nodes: NDArray):
@@ -127,6 +127,15 @@ def _check_nodes(name: str, nodes: NDArray):
 def _cell(nodes: NDArray, x: NDArray) -> NDArray:
     """Index of the cell that holds x; a node belongs to the cell that begins there."""
     return nodes[1:-1].searchsorted(x, side="right")
+
+
+def _horner(coefficients: NDArray, x: NDArray) -> NDArray:
+    """Value of cubic polynomials; the first coefficient, of the highest power, is overwritten."""
+    value = coefficients[0]
+    for coefficient in coefficients[1:]:
+        value *= x
+        value += coefficient
+    return value
 
 
 def _polynomials(x_p: NDArray, x_f: NDArray, velocity: NDArray) -> NDArray:
@@ -186,19 +195,21 @@ def lubricate(velocity: NDArray, gap: NDArray, smallest_gap: float) -> ChainMoti
     """
     relative = velocity[..., 1:] - velocity[..., :-1]
     # one column more than gaps: the last one, without force, separates chains when flattened
-    m = np.ones_like(velocity)
-    m[..., :-1] = np.clip(gap / smallest_gap, 0.0, 1.0)
-    near = np.flatnonzero(m < 1)
+    m = np.ones(velocity.shape)
+    m[..., :-1] = np.maximum(gap / smallest_gap, 0.0)
+    near = (m.ravel() < 1).nonzero()[0]
     if not near.size:
         return ChainMotion(velocity, relative)
-    force, driving = np.zeros_like(velocity), np.zeros_like(velocity)
+    force, driving = np.zeros(velocity.shape), np.zeros(velocity.shape)
     driving[..., :-1] = relative
-    a = 1 - m.flat[near]
-    force.flat[near] = _forces(near, a, driving.flat[near])
+    m_near = m.ravel()[near]  # views, which are faster than `flat`
+    a = 1 - m_near
+    f = _forces(near, a, driving.ravel()[near])
+    force.reshape(-1)[near] = f
     result = velocity + force / 2
     result[..., 1:] -= force[..., :-1] / 2
     driving[..., :-1] = result[..., 1:] - result[..., :-1]
-    driving.flat[near] = force.flat[near] * m.flat[near] / a
+    driving.reshape(-1)[near] = f * m_near / a
     return ChainMotion(result, driving[..., :-1])
 
 

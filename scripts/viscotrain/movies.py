@@ -20,6 +20,7 @@ Movies are MP4 (H.264, yuv420p, which browsers play), or GIF where there is no f
 Units: positions in D, times in D/Ubar; words in a frame are physical where De > 0.
 """
 
+import functools
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -49,6 +50,7 @@ THICK = 3  # of walls and arrows
 WHITE, BLACK = (255, 255, 255), (0, 0, 0)
 WATER, WALL, GREY_TEXT = (234, 241, 246), (60, 60, 60), (110, 110, 110)
 SHADOW = (150, 170, 185)
+SPHERE_COLOUR, TOUCHING_COLOUR = (np.array(ImageColor.getrgb(name)) for name in (BLUE, VERMILLION))
 BAR_START = 190  # of the scale bar
 NICE = (1, 2, 5)  # leading digits of a scale bar's length
 
@@ -237,7 +239,7 @@ def draw_spheres(frame: NDArray, view: View, z: NDArray, confinement: float):
         x = np.arange(left, right) + 0.5 - column
         y = np.arange(top, bottom)[:, None] + 0.5 - view.axis
         covered = np.clip(radius + 0.5 - np.hypot(x, y), 0, 1)[..., None]  # of each pixel
-        colour = np.array(ImageColor.getrgb(VERMILLION if near else BLUE))
+        colour = TOUCHING_COLOUR if near else SPHERE_COLOUR
         patch = frame[top:bottom, left:right]
         patch[:] = np.rint(patch + covered * (colour - patch.astype(float))).astype(np.uint8)
 
@@ -301,6 +303,7 @@ def _even(pixels: float) -> int:
     return 2 * math.ceil(pixels / 2)
 
 
+@functools.cache
 def _font(size: float) -> ImageFont.FreeTypeFont:
     """The font of the figures, which comes with matplotlib."""
     path = Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")

@@ -21,16 +21,18 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
     "factorisation",
     "flow",
     "fluid",
+    "geometry",
     "giesekus",
     "meshes",
     "newton",
     "pipe",
+    "refinement",
     "simulation",
     "weak_forms",
 )
 TRANSIENT = (*PHYSICS, "moving_mesh", "trajectories", "transient")
 FLUID_FIT = ("fluid", "fluid_data", "fluid_fit", "pipe", "rheology")  # ... the fitted fluid
-TABLE = ("interpolation", "table")  # ... the table, given those
+TABLE = ("interpolation", "table", "triplets")  # ... the table, given those
 TRAINS = ("interpolation", "trains")  # ... the trains, given the table
 MOVIES = ("movies",)  # ... movies, given trains
 INTERACTIVE = ("interactive", "interpolation")  # ... the page for the browser

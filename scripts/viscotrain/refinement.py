@@ -1,7 +1,7 @@
 """Error of the velocities of the spheres, estimated element by element, and meshes that reduce it.
 
-A goal is a number J(x) = j . x of the unknowns x: the velocity of a sphere, or the relative velocity
-of two neighbours. With the solution x_l of the order below, embedded in the space of the order k,
+A goal is a number J(x) = j . x of the unknowns x: the velocity of a sphere, or the relative
+velocity of two neighbours. With the solution x_l of the order below, embedded in the space of the order k,
 the residual R of order k and the adjoint solution z, (dR/dx)^T z = j,
 
     J(x_k) - J(x_l) = -z . R(x_l) + second order = sum over elements K of eta_K
@@ -34,7 +34,7 @@ from viscotrain.axisymmetry import r
 from viscotrain.flow import Flow
 from viscotrain.meshes import Sizes
 
-SAFETY = 3.0
+SAFETY = 2.0
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
 RATE = 3.0
 FINEST, COARSEST = 0.4, 1.5  # change of the size of an element in one refinement
@@ -98,8 +98,8 @@ def estimate(
 def compared(flow: Flow, below: Flow) -> Estimate:
     """The distance from the order below, in place of an estimate; without contributions."""
     differences = np.subtract(flow.relative_velocities(), below.relative_velocities())
-    velocities = (each.sphere_velocities().get(each.geometry.reference, 0.0) for each in (flow, below))
-    return Estimate(abs(np.subtract(*velocities)), tuple(np.abs(differences)), np.array([]))
+    U, U_below = (each.sphere_velocities()[flow.geometry.reference] for each in (flow, below))
+    return Estimate(abs(U - U_below), tuple(np.abs(differences)), np.array([]))
 
 
 def refined(mesh: ngsolve.Mesh, contributions: NDArray, reduction: float, most: float) -> Sizes:

@@ -7,9 +7,11 @@ numbers of the study, to which the viscosity is drawn in any case.
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -32,6 +34,14 @@ PANELS = {
     "small oscillation": ("angular frequency [rad/s]", "moduli [Pa]"),
     "steady shear": ("shear rate [1/s]", "viscosity [Pa s]"),
 }
+
+
+def measured(fit: str | Path) -> pd.DataFrame:
+    """What a fluid was fitted to, from the netCDF file of its fit."""
+    numbers = xr.load_dataset(fit)[["quantity", "abscissa", "measured"]]
+    return numbers.drop_vars(
+        ["parameter", "other_parameter", "modes"], errors="ignore"
+    ).to_dataframe()
 
 
 @styled

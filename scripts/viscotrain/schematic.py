@@ -17,7 +17,7 @@ from matplotlib.patches import Circle, Rectangle
 from viscotrain.config import Study
 from viscotrain.figures import GREY, PAGE, STYLE, Drawing, styled
 from viscotrain.fluid import CHANNEL_RADIUS
-from viscotrain.meshes import TRIPLET, Geometry
+from viscotrain.geometry import TRIPLET, Geometry
 
 FLUID, SPHERE = "#EAF1F6", "#DDDDDD"
 ENTERING = (0.55, 1.5, 0.75, 1.3)  # distances at the inlet over the mean one, an example

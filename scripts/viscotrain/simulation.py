@@ -21,11 +21,13 @@ from viscotrain.config import (
     Study,
     geometry_name,
     number_name,
+    simulated_deborahs,
 )
 from viscotrain.errors import FluidError, SolutionError
 from viscotrain.flow import Flow
+from viscotrain.geometry import Geometry
 from viscotrain.interpolation import PARTICLES
-from viscotrain.meshes import Geometry, MeshOptions, Sizes, make_mesh
+from viscotrain.meshes import MeshOptions, Sizes, make_mesh
 from viscotrain.pipe import PipeFlow, pipe_flow
 from viscotrain.table import ATTRIBUTES, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED
 
@@ -104,7 +106,9 @@ def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iter
 def simulate(
     study: Study, sp: float, sf: float, report: Report, vtu_folder: Path | None = None
 ) -> tuple[xr.Dataset, pd.DataFrame]:
-    """Solve one geometry at all Deborah numbers of the study.
+    """Solve one geometry at the Deborah numbers at which the study needs it.
+
+    These are all, or all but 0 where the mirror image is solved; see `triplets`.
 
     Args:
         study: The config.
@@ -116,9 +120,13 @@ def simulate(
     Returns:
         Dataset (deborah, particle) and table of CPU seconds per Deborah number.
     """
-    result = _empty(study, sp, sf)
+    wanted = study.at(simulated_deborahs(study, sp, sf))
+    result = _empty(wanted, sp, sf)
+    result.attrs = provenance.attributes(
+        f"triplet {geometry_name(sp, sf)} of study {study.study}", study.resolved_yaml()
+    )
     seconds = []
-    for De, solution in solutions(study, triplet(study, sp, sf)):
+    for De, solution in solutions(wanted, triplet(study, sp, sf)):
         report(_line(De, solution))
         _insert(result, De, solution)
         seconds.append({"deborah": De, "cpu_seconds": round(solution.seconds, 3)})
@@ -136,8 +144,8 @@ def field(study: Study, sp: float, sf: float, deborah: float, report: Report) ->
     Raises:
         SolutionError: The point did not converge.
     """
-    for De, solution in solutions(study, triplet(study, sp, sf), up_to=deborah):
-        report(_line(De, solution))
+    ((_, solution),) = solutions(study.at([deborah]), triplet(study, sp, sf))
+    report(_line(deborah, solution))
     if not solution.solved:
         raise SolutionError(f"{geometry_name(sp, sf)}: {solution.convergence.reason}")
     sampled = fields.sample(solution.flow)
@@ -198,9 +206,6 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
                 [s.deborah_mean_relaxation_time for s in scales],
             ),
         },
-        attrs=provenance.attributes(
-            f"triplet {geometry_name(sp, sf)} of study {study.study}", study.resolved_yaml()
-        ),
     )
     for name, variable in result.variables.items():
         variable.attrs.update(OWN_ATTRIBUTES.get(name, ATTRIBUTES.get(name, {})))

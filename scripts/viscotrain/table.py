@@ -4,12 +4,16 @@ Dimensions are (deborah, sp, sf, particle): sp and sf are the distances of the m
 trailing and to the leading one, centre to centre in d; infinity means no such neighbour. A point
 (De, sp, sf) without a solution is a hole: NaN with a status, never filled.
 
+Triplets that are the same flow (`triplets`) are simulated once; `spread` gives the result to both,
+and `origin` tells which points these are.
+
 Transient results hold at the distances that the spheres have when the start-up is over, not quite
 those of the nodes they started from. Cubic radial basis functions in 1/s through these points
 (scipy's RBFInterpolator) carry the velocities to the nodes. Where gaps have opened at the closest
 node, or closed at the farthest, this extrapolates by as much as they have moved.
 """
 
+import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
@@ -28,9 +32,11 @@ from viscotrain.interpolation import (
     coordinate,
     name_geometries,
 )
+from viscotrain.triplets import Triplet, twin
 
 FEWEST_POINTS = 3  # that determine a plane
 SOLVED, NOT_CONVERGED, NOT_ATTEMPTED = np.int8([0, 1, 2])
+ITSELF, SAME_PAIR, MIRROR = np.int8([0, 1, 2])
 PAIRS = ("middle-trailing", "leading-middle")
 PRESENT = ("present_sp", "present_sf")  # of transient results: distances at that time
 DEBORAH_COORDINATES = ("deborah_longest_mode", "deborah_mean_relaxation_time")
@@ -66,6 +72,11 @@ ATTRIBUTES = {
         "long_name": "outcome of the simulation",
         "flag_values": np.int8([SOLVED, NOT_CONVERGED, NOT_ATTEMPTED]),
         "flag_meanings": "solved not_converged not_attempted",
+    },
+    "origin": {
+        "long_name": "simulation that the velocities are from",
+        "flag_values": np.int8([ITSELF, SAME_PAIR, MIRROR]),
+        "flag_meanings": "itself same_pair_with_other_names mirror_image_at_deborah_0",
     },
     "present_sp": {
         "long_name": "distance of middle to trailing sphere after the start-up, over diameter",
@@ -109,7 +120,7 @@ def combine(
     Args:
         results: One dataset per geometry as the dns stage writes it, in any order: velocity
             (deborah, particle), pressure_gradient, centreline_velocity and status (deborah), and
-            the scalars sp and sf. A geometry or a Deborah number that is missing makes holes.
+            the scalars sp and sf. A point that is missing is that of its twin, or a hole.
             Transient ones, as `after_start_up` makes them, come one per geometry and De.
         sp: Distances of the grid in d, ascending, the last one infinite.
         sf: The same on the other axis.
@@ -123,8 +134,8 @@ def combine(
     table = _empty(sp, sf, deborah, attributes or {})
     reasons: dict[tuple[float, float, float], str] = {}
     seen = set()
-    for result in results:
-        geometry = float(result["sp"]), float(result["sf"])
+    for result in spread(results, itertools.product(sp, sf)):
+        geometry = _triplet(result)
         points = {(*geometry, De) for De in result["deborah"].values}
         if points & seen:
             raise TableError(f"{name_geometries([geometry])} comes twice; allowed: once")
@@ -135,6 +146,50 @@ def combine(
         table = _to_nodes(table)
     _refuse_holes(table, max_holes, reasons)
     return table
+
+
+def spread(results: Iterable[xr.Dataset], grid: Iterable[Triplet]) -> list[xr.Dataset]:
+    """Results, and what they are for the twins of their triplets.
+
+    Args:
+        results: As for `combine`.
+        grid: Triplets (sp, sf) whose velocities are wanted.
+
+    Returns:
+        The results as they are, and one per point of the grid that has no simulation of its own
+        but a twin that has: the twin's result under other names, with an `origin`.
+    """
+    results = list(results)
+    known = {(*_triplet(part), De): part for part in results for De in part["deborah"].values}
+    deborahs = sorted({De for *_, De in known})
+    turned = []
+    for (sp, sf), De in itertools.product(grid, deborahs):
+        other = twin(sp, sf, De)
+        if other and (sp, sf, De) not in known and (*other, De) in known:
+            turned.append(_turned(known[*other, De].sel(deborah=[De]), sp, sf))
+    return results + turned
+
+
+def _turned(result: xr.Dataset, sp: float, sf: float) -> xr.Dataset:
+    """The result of a triplet's twin, with the names that the spheres have in the triplet."""
+    U = result["velocity"].sel(particle=list(PARTICLES)).transpose("deborah", "particle").values
+    if np.isfinite([sp, sf]).all():
+        U, origin = U[:, ::-1], MIRROR
+    else:
+        # Trailing and middle become middle and leading, or back; the third is not there.
+        U, origin = np.roll(U, 1 if np.isinf(sp) else -1, axis=-1), SAME_PAIR
+    present = {
+        name: result[other]
+        for name, other in zip(PRESENT, PRESENT[::-1], strict=True)
+        if other in result
+    }
+    return result.assign(
+        velocity=(("deborah", "particle"), U), sp=sp, sf=sf, origin=origin, **present
+    ).assign_coords(particle=list(PARTICLES))
+
+
+def _triplet(result: xr.Dataset) -> Triplet:
+    return float(result["sp"]), float(result["sf"])
 
 
 def after_start_up(trajectory: xr.Dataset) -> xr.Dataset:
@@ -199,6 +254,7 @@ def _empty(sp, sf, deborah, attributes) -> xr.Dataset:
             "velocity": ((*grid, "particle"), np.full((*shape, len(PARTICLES)), np.nan)),
             "pressure_gradient": (grid, np.full(shape, np.nan)),
             "status": (grid, np.full(shape, NOT_ATTEMPTED)),
+            "origin": (grid, np.full(shape, ITSELF)),
             "centreline_velocity": ("deborah", np.full(len(deborah), np.nan)),
         },
         coords={
@@ -239,6 +295,7 @@ def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
         table["velocity"][k, i, j] = point["velocity"]
         table["pressure_gradient"][k, i, j] = point["pressure_gradient"]
         table["status"][k, i, j] = point["status"]
+        table["origin"][k, i, j] = point.get("origin", ITSELF)
         if np.isnan(table["centreline_velocity"][k]):
             table["centreline_velocity"][k] = point["centreline_velocity"]
         for name in PRESENT:
@@ -300,14 +357,14 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
         check_error (deborah, check, pair), the relative velocity interpolated minus simulated.
         Errors are NaN where the table has holes or the geometry was not solved.
     """
-    geometries = sorted({(float(result["sp"]), float(result["sf"])) for result in results})
+    geometries = sorted({_triplet(result) for result in results})
     sp, sf = np.array(geometries).T
     De = table["deborah"].values
     shape = De.size, len(geometries), len(PARTICLES)
     simulated, interpolated = np.full(shape, np.nan), np.full(shape, np.nan)
     layers = list(_layers(table))
-    for result in results:
-        n = geometries.index((float(result["sp"]), float(result["sf"])))
+    for result in spread(results, geometries):
+        n = geometries.index(_triplet(result))
         for k in np.flatnonzero(np.isin(De, result["deborah"])):
             point = result.sel(deborah=De[k], particle=list(PARTICLES))
             simulated[k, n] = point["velocity"].values

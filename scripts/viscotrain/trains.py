@@ -45,7 +45,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import stdtrit
 
 from viscotrain.errors import TrainError
 from viscotrain.interpolation import (
@@ -222,7 +222,7 @@ class Channel:
             _, end = self.motion(y + duration * start)
             step = Step(y, start, end, duration)
             error = step.error(self.tolerance)
-            factor = np.clip(SAFETY / math.sqrt(error), SHRINK, GROW) if error > 0 else GROW
+            factor = min(max(SAFETY / math.sqrt(error), SHRINK), GROW) if error > 0 else GROW
             if error > 1:
                 self._trial = duration * factor
                 continue
@@ -238,7 +238,7 @@ def arrival(way: NDArray, speed: NDArray, whole_way: NDArray, duration: float) -
     """
     bend = (whole_way / duration - speed) / duration
     tau = 2 * way / (speed + np.sqrt(speed**2 + 4 * bend * way))
-    return np.clip(tau, 0.0, duration)
+    return np.minimum(np.maximum(tau, 0.0), duration)
 
 
 # ----------------------------------------------------------------------------------- recording
@@ -295,6 +295,7 @@ class _Train:
         self.y = channel.state(z)
         self.time = 0.0
         self.passed = stations.searchsorted(z, side="right")  # stations behind each sphere
+        self._next = np.append(stations, math.inf)  # the station that comes after so many
         self.last_distance = math.nan  # of the leading sphere to the one that left before it
         self.first_recorded: int | None = None
         self._missing = stations.size * passages
@@ -345,8 +346,7 @@ class _Train:
 
     def _pass_stations(self, step: Step, velocity: NDArray, duration: float, after: NDArray):
         """Record every station passed on the way to positions `after`."""
-        passed = self.stations.searchsorted(after, side="right")
-        while (i := np.flatnonzero(passed > self.passed)).size:
+        while (i := (after >= self._next[self.passed]).nonzero()[0]).size:
             station = self.passed[i]
             way = self.stations[station] - self.z[i]
             tau = arrival(way, velocity[i], after[i] - self.z[i], duration)
@@ -696,7 +696,7 @@ def confidence(values: NDArray) -> tuple[NDArray, NDArray]:
     mean = np.mean(values, axis=0)
     if count < 2:
         return mean, np.full_like(mean, np.nan)
-    quantile = stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
+    quantile = stdtrit(count - 1, (1 + CONFIDENCE) / 2)
     return mean, quantile * np.std(values, axis=0, ddof=1) / math.sqrt(count)
 
 

@@ -20,7 +20,7 @@ from viscotrain.config import Study
 from viscotrain.errors import SolutionError
 from viscotrain.flow import Flow
 from viscotrain.fluid import NEWTONIAN
-from viscotrain.meshes import Geometry
+from viscotrain.geometry import Geometry
 from viscotrain.simulation import Report, make_flow, undisturbed
 from viscotrain.table import NOT_CONVERGED, SOLVED
 from viscotrain.transient import Instant, TimeOptions, Transient

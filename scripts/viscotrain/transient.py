@@ -36,7 +36,7 @@ import numpy as np
 from viscotrain import newton
 from viscotrain.errors import SolutionError
 from viscotrain.flow import Flow, Storage
-from viscotrain.meshes import Geometry
+from viscotrain.geometry import Geometry
 from viscotrain.moving_mesh import MovingMesh, transfer_stress
 
 GROWTH = 2.0  # of a step over the one before, at most

@@ -28,8 +28,8 @@ import xarray as xr
 from viscotrain.config import Study
 from viscotrain.dns import LOWEST_ORDER
 from viscotrain.errors import SolutionError
+from viscotrain.geometry import Geometry
 from viscotrain.interpolation import PARTICLES
-from viscotrain.meshes import Geometry
 from viscotrain.simulation import Report, solutions, triplet
 from viscotrain.trajectories import flow_maker, time_options
 from viscotrain.transient import Transient

@@ -1,8 +1,5 @@
 """Direct numerical simulation: one job per geometry (sp, sf), through all Deborah numbers."""
 
-GRID = [geometry_name(*geometry) for geometry in STUDY.geometries]
-BETWEEN = [geometry_name(*geometry) for geometry in check_geometries(STUDY)]
-
 
 wildcard_constraints:
     sp=r"[0-9.e+-]+|inf",
@@ -31,10 +28,24 @@ rule dns:
     params:
         physics=provenance.digest(provenance.PHYSICS),
         settings=STUDY.dns_settings(),
+        deborah=lambda wildcards: simulated_deborahs(
+            STUDY, float(wildcards.sp), float(wildcards.sf)
+        ),
     message:
         "Simulating the triplet sp = {wildcards.sp}, sf = {wildcards.sf}"
     script:
         "../../scripts/dns.py"
+
+
+# Where the single sphere cannot be solved nothing can, and every table needs it.
+use rule dns as dns_single_sphere with:
+    wildcard_constraints:
+        sp="inf",
+        sf="inf",
+    priority: 1
+
+
+ruleorder: dns_single_sphere > dns
 
 
 rule field:

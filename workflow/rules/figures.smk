@@ -1,4 +1,6 @@
-"""Figures, each as PNG and PDF with its data beside it."""
+"""Figures, each as PNG and PDF with its data beside it; one job per input.
+
+Those of movies and design map are drawn where these are made."""
 
 FIGURES = [
     "schematic",
@@ -17,7 +19,9 @@ FIGURES = [
 ]
 
 
-rule schematic:
+rule study_figures:
+    input:
+        **(FITTED_FLUID | {"fit": f"{RESULTS}/fluid_fit/fit.nc"} if MEASURED else {}),
     output:
         report(
             f"{RESULTS}/figures/schematic.png",
@@ -25,72 +29,48 @@ rule schematic:
             category="Study",
             labels={"figure": "schematic"},
         ),
-        multiext(f"{RESULTS}/figures/schematic", ".pdf", ".nc"),
-    log:
-        f"{RESULTS}/logs/figures/schematic.log",
-    conda:
-        "../../envs/viscotrain.yaml"
-    params:
-        settings=STUDY.schematic_settings(),
-    message:
-        "Figure: schematic of the triplet and of the train"
-    script:
-        "../../scripts/schematic.py"
-
-
-rule relative_velocities:
-    input:
-        f"{RESULTS}/table/velocity_table.nc",
-        **FITTED_FLUID,
-    output:
         report(
-            f"{RESULTS}/figures/relative_velocities_De{{deborah}}.png",
-            caption="../report/relative_velocities.rst",
-            category="Velocities",
-            labels={"figure": "relative velocities", "De": "{deborah}"},
+            f"{RESULTS}/figures/rheology.png",
+            caption="../report/rheology.rst",
+            category="Study",
+            labels={"figure": "fluid"},
         ),
-        multiext(f"{RESULTS}/figures/relative_velocities_De{{deborah}}", ".pdf", ".nc"),
+        multiext(f"{RESULTS}/figures/schematic", ".pdf", ".nc"),
+        multiext(f"{RESULTS}/figures/rheology", ".pdf", ".csv"),
     log:
-        f"{RESULTS}/logs/figures/relative_velocities_De{{deborah}}.log",
+        f"{RESULTS}/logs/figures/study.log",
     conda:
         "../../envs/viscotrain.yaml"
     params:
-        confinement=STUDY.confinement,
+        schematic=STUDY.schematic_settings(),
+        rheology=STUDY.rheology_settings(),
     message:
-        "Figure: relative velocities over both distances, De = {wildcards.deborah}"
+        "Figures: schematic of the triplet and of the train; moduli and viscosity of the fluid"
     script:
         "../../scripts/figures.py"
 
 
-rule pair_velocity:
+rule velocity_figures:
     input:
-        f"{RESULTS}/table/velocity_table.nc",
         **FITTED_FLUID,
+        table=f"{RESULTS}/table/velocity_table.nc",
+        field=f"{RESULTS}/dns/field.nc",
     output:
+        [
+            report(
+                f"{RESULTS}/figures/relative_velocities_De{De}.png",
+                caption="../report/relative_velocities.rst",
+                category="Velocities",
+                labels={"figure": "relative velocities", "De": De},
+            )
+            for De in map(number_name, STUDY.deborah.values)
+        ],
         report(
             f"{RESULTS}/figures/pair_velocity.png",
             caption="../report/pair_velocity.rst",
             category="Velocities",
             labels={"figure": "pair", "De": "all"},
         ),
-        multiext(f"{RESULTS}/figures/pair_velocity", ".pdf", ".csv"),
-    log:
-        f"{RESULTS}/logs/figures/pair_velocity.log",
-    conda:
-        "../../envs/viscotrain.yaml"
-    params:
-        confinement=STUDY.confinement,
-    message:
-        "Figure: relative velocity of a pair against its distance, all De"
-    script:
-        "../../scripts/figures.py"
-
-
-rule stress_field:
-    input:
-        f"{RESULTS}/dns/field.nc",
-        **FITTED_FLUID,
-    output:
         report(
             f"{RESULTS}/figures/stress_field.png",
             caption="../report/stress_field.rst",
@@ -100,94 +80,61 @@ rule stress_field:
                 "De": f"{STUDY.field_point().deborah:g}",
             },
         ),
+        [
+            f"{RESULTS}/figures/relative_velocities_De{number_name(De)}{end}"
+            for De in STUDY.deborah.values
+            for end in (".pdf", ".nc")
+        ],
+        multiext(f"{RESULTS}/figures/pair_velocity", ".pdf", ".csv"),
         multiext(f"{RESULTS}/figures/stress_field", ".pdf", ".nc"),
     log:
-        f"{RESULTS}/logs/figures/stress_field.log",
+        f"{RESULTS}/logs/figures/velocities.log",
     conda:
         "../../envs/viscotrain.yaml"
+    params:
+        confinement=STUDY.confinement,
     message:
-        "Figure: mesh and polymer stress around one triplet"
+        "Figures: relative velocities over both distances, of a pair, and a stress field"
     script:
         "../../scripts/figures.py"
 
 
-rule spacing_or_train:
+rule train_figures:
     input:
-        f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
         **FITTED_FLUID,
+        train=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
     output:
         report(
-            f"{RESULTS}/figures/{{kind}}_De{{deborah}}_phi{{volume_fraction}}.png",
-            caption="../report/spacing_or_train.rst",
-            category="Trains",
-            labels={"figure": "{kind}", "De": "{deborah}", "phi": "{volume_fraction}"},
-        ),
-        multiext(
-            f"{RESULTS}/figures/{{kind}}_De{{deborah}}_phi{{volume_fraction}}",
-            ".pdf",
-            ".nc",
-        ),
-    log:
-        f"{RESULTS}/logs/figures/{{kind}}_De{{deborah}}_phi{{volume_fraction}}.log",
-    wildcard_constraints:
-        kind="spacing|train",
-    conda:
-        "../../envs/viscotrain.yaml"
-    message:
-        "Figure: {wildcards.kind}, De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
-    script:
-        "../../scripts/figures.py"
-
-
-rule stations:
-    input:
-        f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}.nc",
-        **FITTED_FLUID,
-    output:
-        report(
-            f"{RESULTS}/figures/stations_De{{deborah}}_phi{{volume_fraction}}.png",
-            caption="../report/stations.rst",
+            f"{RESULTS}/figures/spacing_De{{deborah}}_phi{{volume_fraction}}.png",
+            caption="../report/spacing.rst",
             category="Trains",
             labels={
-                "figure": "cameras",
+                "figure": "spacing",
                 "De": "{deborah}",
                 "phi": "{volume_fraction}",
             },
         ),
+        report(
+            f"{RESULTS}/figures/train_De{{deborah}}_phi{{volume_fraction}}.png",
+            caption="../report/train.rst",
+            category="Trains",
+            labels={"figure": "train", "De": "{deborah}", "phi": "{volume_fraction}"},
+        ),
         multiext(
-            f"{RESULTS}/figures/stations_De{{deborah}}_phi{{volume_fraction}}",
+            f"{RESULTS}/figures/spacing_De{{deborah}}_phi{{volume_fraction}}",
+            ".pdf",
+            ".nc",
+        ),
+        multiext(
+            f"{RESULTS}/figures/train_De{{deborah}}_phi{{volume_fraction}}",
             ".pdf",
             ".nc",
         ),
     log:
-        f"{RESULTS}/logs/figures/stations_De{{deborah}}_phi{{volume_fraction}}.log",
+        f"{RESULTS}/logs/figures/De{{deborah}}_phi{{volume_fraction}}.log",
     conda:
         "../../envs/viscotrain.yaml"
     message:
-        "Figure: all stations, De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
-    script:
-        "../../scripts/figures.py"
-
-
-rule map_figure:
-    input:
-        f"{RESULTS}/design_map/design_map.nc",
-        **FITTED_FLUID,
-    output:
-        report(
-            f"{RESULTS}/figures/{{name}}.png",
-            caption="../report/map_figure.rst",
-            category="Design",
-            labels={"figure": "{name}"},
-        ),
-        multiext(f"{RESULTS}/figures/{{name}}", ".pdf", ".csv"),
-    log:
-        f"{RESULTS}/logs/figures/{{name}}.log",
-    wildcard_constraints:
-        name="spacing_law|design_map",
-    conda:
-        "../../envs/viscotrain.yaml"
-    message:
-        "Figure: {wildcards.name}"
+        "Figures: spacing and train, De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
     script:
         "../../scripts/figures.py"

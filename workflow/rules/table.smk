@@ -3,11 +3,13 @@
 if STUDY.dns.method == "transient":
     SIMULATIONS = [
         f"transient/{{kind}}{point_name(*geometry, De)}"
-        for geometry in (*STUDY.geometries, *check_geometries(STUDY))
-        for De in STUDY.deborah.values
+        for geometry, deborahs in simulated(STUDY).items()
+        for De in deborahs
     ]
 else:
-    SIMULATIONS = [f"dns/{{kind}}{geometry}" for geometry in GRID + BETWEEN]
+    SIMULATIONS = [
+        f"dns/{{kind}}{geometry_name(*geometry)}" for geometry in simulated(STUDY)
+    ]
 
 
 rule table:

@@ -25,6 +25,7 @@ rule trains:
     params:
         code=provenance.digest(provenance.TRAINS),
         settings=STUDY.trains_settings(),
+        volume_fraction=lambda wildcards: [float(wildcards.volume_fraction)],
     message:
         "Simulating trains at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
     script:

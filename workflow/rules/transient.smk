@@ -23,3 +23,14 @@ rule transient:
         "De = {wildcards.deborah}"
     script:
         "../../scripts/transient.py"
+
+
+# First, as in the dns stage.
+use rule transient as transient_single_sphere with:
+    wildcard_constraints:
+        sp="inf",
+        sf="inf",
+    priority: 1
+
+
+ruleorder: transient_single_sphere > transient
