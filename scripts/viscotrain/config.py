@@ -281,9 +281,7 @@ class DnsConfig(_Section):
         default=1e-5,
         gt=0,
     )
-    max_elements: int = _key(
-        "elements of a mesh that is not refined any more", default=1500, ge=1
-    )
+    max_elements: int = _key("elements of a mesh that is not refined any more", default=1500, ge=1)
     tolerance: float = _key(
         "update, rms over the unknowns, at which an iteration has converged",
         default=1e-7,

@@ -48,7 +48,7 @@ EASY, HARD = 1, 2  # factorisations of a step: so few lengthen the next one, mor
 RUNGS = (1.0, 3.0)  # of the ladder in one decade
 RUNG_MARGIN = 30.0  # by which the error of an order is overestimated in the order below
 RELATIVE_ACCURACY = 0.02  # of the largest relative velocity, if that is more than the accuracy
-LEAST_REDUCTION, MOST_REDUCTION = 2.0, 8.0  # of the error in one refinement
+LEAST_REDUCTION, MOST_REDUCTION = 3.0, 16.0  # of the error in one refinement
 REFINEMENTS = 4  # of one De
 RESCUES = 2  # refinements of one De that is stuck
 
@@ -252,16 +252,16 @@ class _Ladder:
     def _can_refine(self, path: "_Continuation", refinements: int = 0) -> bool:
         return (
             self._remesh is not None
-            and path.error is not None
+            and path.known_error is not None
             and refinements < REFINEMENTS
             and path.flow.mesh.ne < self._options.max_elements
         )
 
     def _finer(self, path: "_Continuation", excess: float) -> ngsolve.Mesh:
         """A mesh on which the error that was estimated last is smaller."""
-        reduction = min(max(1.5 * excess, LEAST_REDUCTION), MOST_REDUCTION)
+        reduction = min(max(2 * excess, LEAST_REDUCTION), MOST_REDUCTION)
         most = self._options.max_elements
-        sizes = refinement.refined(path.flow.mesh, path.error.contributions, reduction, most)
+        sizes = refinement.refined(path.flow.mesh, path.known_error.contributions, reduction, most)
         return self._remesh(sizes)
 
 
@@ -292,6 +292,13 @@ class _Continuation:
     def deborah(self) -> float:
         """Where it is."""
         return _deborah(self._known[-1][0])
+
+    @property
+    def known_error(self) -> refinement.Estimate | None:
+        """The last estimate on this mesh, of this order or else of the scout."""
+        if self.error is None and self.scout is not None:
+            return self.scout.known_error
+        return self.error
 
     def advance(self, De: float) -> tuple[newton.Convergence, int]:
         """Go on to De: after the scout, or else in steps; also the number of iterations."""
