@@ -275,11 +275,18 @@ class DnsConfig(_Section):
         ge=1,
     )
     accuracy: float = _key(
-        "error of relative velocities, of the velocity itself for a single sphere, above which the "
-        "mesh is refined; up to 2 % of the largest relative velocity is allowed as well",
+        "estimated error of relative velocities, of the velocity itself for a single sphere, down "
+        "to which meshes are refined",
         unit="Ubar",
         default=1e-5,
         gt=0,
+    )
+    relative_accuracy: float = _key(
+        "the same as a share of the largest relative velocity; the larger one of both counts",
+        unit="1",
+        default=0.02,
+        ge=0,
+        lt=1,
     )
     max_elements: int = _key("elements of a mesh that is not refined any more", default=1500, ge=1)
     tolerance: float = _key(

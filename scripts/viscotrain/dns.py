@@ -47,7 +47,6 @@ SMALLEST_STEP = 0.05  # in that coordinate; a continuation that needs smaller on
 EASY, HARD = 1, 2  # factorisations of a step: so few lengthen the next one, more shorten it
 RUNGS = (1.0, 3.0)  # of the ladder in one decade
 RUNG_MARGIN = 30.0  # by which the error of an order is overestimated in the order below
-RELATIVE_ACCURACY = 0.02  # of the largest relative velocity, if that is more than the accuracy
 LEAST_REDUCTION, MOST_REDUCTION = 3.0, 16.0  # of the error in one refinement
 REFINEMENTS = 4  # of one De
 RESCUES = 2  # refinements of one De that is stuck
@@ -63,6 +62,7 @@ class SolverOptions:
     max_iterations: int
     deborah_step: float
     accuracy: float = math.inf
+    relative_accuracy: float = 0.0
     max_elements: int = 0
 
 
@@ -160,7 +160,7 @@ def _newtonian(flow: Flow, options: SolverOptions) -> tuple[Flow, _Outcome]:
 def _allowed(flow: Flow, options: SolverOptions) -> float:
     """Error that is allowed in the velocities that count."""
     largest = max(map(abs, flow.relative_velocities()), default=0.0)
-    return max(options.accuracy, RELATIVE_ACCURACY * largest)
+    return max(options.accuracy, options.relative_accuracy * largest)
 
 
 class _Ladder:

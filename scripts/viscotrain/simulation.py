@@ -87,6 +87,7 @@ def solver_options(study: Study) -> dns.SolverOptions:
         max_iterations=study.dns.max_iterations,
         deborah_step=study.dns.deborah_step,
         accuracy=study.dns.accuracy,
+        relative_accuracy=study.dns.relative_accuracy,
         max_elements=study.dns.max_elements,
     )
 
