@@ -6,10 +6,10 @@ at a fixed point of the mesh is dropped: the stress has settled at the present d
 De = 0. The flow is Newtonian and linear; solved in high order, it is exact to 1e-7 at little cost.
 
 Ladder. The way to any De leads over the rungs 1, 3, 10, 30, ... below it. They are passed in the
-order below the one asked for; where it says that the mesh may be too coarse, the rung is solved in
-the order asked for and the mesh refined until that is accurate (`refinement`). From its rung a De
-is reached by a branch with a mesh of its own, refined in the same way. So what is found at one De
-does not depend on which others are asked for.
+order below the one asked for, and the mesh is refined at each where that predicts too large an
+error of the order asked for (`refinement`). From its rung a De is reached by a branch with a mesh
+of its own, refined in the same way, and at last in the order asked for by its own error. So what is
+found at one De does not depend on which others are asked for.
 
 Continuation. The guess of a step extrapolates up to `HISTORY` solutions as polynomials of
 log(1 + De/De_0); a step that fails is halved.
@@ -46,8 +46,8 @@ DEBORAH_OF_ELASTICITY = 0.5  # De_0: the coordinate of the continuation is linea
 SMALLEST_STEP = 0.05  # in that coordinate; a continuation that needs smaller ones has failed
 EASY, HARD = 1, 2  # factorisations of a step: so few lengthen the next one, more shorten it
 RUNGS = (1.0, 3.0)  # of the ladder in one decade
-RUNG_MARGIN = 30.0  # by which the error of an order is overestimated in the order below
-LEAST_REDUCTION, MOST_REDUCTION = 3.0, 16.0  # of the error in one refinement
+PREDICTION = 2.5  # over the error of an order: how the order below predicts it, about
+LEAST_REDUCTION, MOST_REDUCTION = 2.0, 16.0  # of the error in one refinement
 REFINEMENTS = 4  # of one De
 RESCUES = 2  # refinements of one De that is stuck
 
@@ -163,6 +163,12 @@ def _allowed(flow: Flow, options: SolverOptions) -> float:
     return max(options.accuracy, options.relative_accuracy * largest)
 
 
+def _stuck_at(rung: float, outcome: _Outcome, iterations: int) -> _Outcome:
+    """The outcome for a De beyond a rung that was not reached."""
+    reason = f"on the way, at De = {rung:g}: {outcome.convergence.reason}"
+    return _Outcome(replace(outcome.convergence, reason=reason), iterations)
+
+
 class _Ladder:
     """The rungs passed so far, and the branches that leave from them."""
 
@@ -172,55 +178,46 @@ class _Ladder:
         self._next = next(self._rungs)
         below = flow.variant(flow.fluid, max(flow.velocity_order - 1, LOWEST_ORDER))
         self._path = _Continuation(below, replace(options, tolerance=SCOUT_TOLERANCE))
-        self._solved: tuple[_Continuation, _Outcome] | None = None  # at the last rung
-        self._stuck: _Outcome | None = None
+        self._branch: _Continuation | None = None  # the last one
 
     def at(self, De: float) -> tuple[Flow, _Outcome]:
         """Solve in the order asked for."""
         iterations = 0
-        while self._stuck is None and self._next <= De:
-            iterations += self._climb(self._next)
-            self._next = next(self._rungs)
-        if self._stuck is not None:
-            return self._top, replace(self._stuck, iterations=iterations)
-        if self._solved is not None and math.isclose(self._solved[0].deborah, De):
-            branch, outcome = self._solved
-            branch.advance(De)
-            return branch.flow, replace(outcome, iterations=iterations)
-        branch, outcome = self._reach(self._branch(), De)
-        return branch.flow, replace(outcome, iterations=iterations + outcome.iterations)
+        while self._next <= De:
+            path, outcome = self._reach(self._path, self._next, ahead=1)
+            iterations += outcome.iterations
+            if not outcome.convergence.converged:
+                return path.flow, _stuck_at(self._next, outcome, iterations)
+            self._path, self._next = path, next(self._rungs)
+        path, outcome = self._reach(self._path.twin(), De, ahead=1)
+        iterations += outcome.iterations
+        if not outcome.convergence.converged:
+            return path.flow, replace(outcome, iterations=iterations)
+        self._branch = self._branch_off(path)
+        self._branch, outcome = self._reach(self._branch, De)
+        return self._branch.flow, replace(outcome, iterations=iterations + outcome.iterations)
 
-    def _climb(self, rung: float) -> int:
-        """Take the path to the next rung; returns the iterations."""
-        self._solved = None
-        convergence, iterations = self._advance(self._path, rung)
-        if not convergence.converged:
-            reason = f"on the way, at De = {rung:g}: {convergence.reason}"
-            self._stuck = _Outcome(replace(convergence, reason=reason), iterations)
-            return iterations
-        error = self._path.estimate(ahead=1)
-        allowed = RUNG_MARGIN * _allowed(self._path.flow, self._options)
-        if self._remesh is None or (error is not None and error.decisive <= allowed):
-            return iterations
-        branch, outcome = self._reach(self._branch(), rung)
-        if outcome.convergence.converged:
-            self._path, self._solved = branch.scout.twin(), (branch, outcome)
-        return iterations + outcome.iterations
-
-    def _branch(self) -> "_Continuation":
+    def _branch_off(self, path: "_Continuation") -> "_Continuation":
         """From the path, in the order asked for."""
-        if self._top.mesh is not self._path.flow.mesh:
-            self._top = self._top.on(self._path.flow.mesh)
-        return _Continuation(self._top, self._options, scout=self._path.twin())
+        last = self._branch
+        if last is not None and last.flow.mesh is path.flow.mesh:
+            branch = last.twin()
+            branch.scout = path
+            return branch
+        if self._top.mesh is not path.flow.mesh:
+            return _Continuation(self._top.on(path.flow.mesh), self._options, path)
+        return _Continuation(self._top, self._options, path)
 
-    def _reach(self, path: "_Continuation", De: float) -> tuple["_Continuation", _Outcome]:
-        """Go on to De and refine the mesh as long as the solution is not accurate."""
+    def _reach(
+        self, path: "_Continuation", De: float, ahead: int = 0
+    ) -> tuple["_Continuation", _Outcome]:
+        """Go on to De and refine the mesh as long as the order `ahead` is not accurate there."""
         convergence, iterations = self._advance(path, De)
         outcome = _Outcome(convergence, iterations)
         refinements = 0
         while convergence.converged:
-            outcome.error = error = path.estimate()
-            allowed = _allowed(path.flow, self._options)
+            outcome.error = error = path.error or path.estimate(ahead)
+            allowed = _allowed(path.flow, self._options) * (PREDICTION if ahead else 1)
             outcome.accurate = error is not None and error.decisive <= allowed
             if outcome.accurate or not self._can_refine(path, refinements):
                 break
@@ -259,7 +256,7 @@ class _Ladder:
 
     def _finer(self, path: "_Continuation", excess: float) -> ngsolve.Mesh:
         """A mesh on which the error that was estimated last is smaller."""
-        reduction = min(max(2 * excess, LEAST_REDUCTION), MOST_REDUCTION)
+        reduction = min(max(1.3 * excess, LEAST_REDUCTION), MOST_REDUCTION)
         most = self._options.max_elements
         sizes = refinement.refined(path.flow.mesh, path.known_error.contributions, reduction, most)
         return self._remesh(sizes)
@@ -276,6 +273,7 @@ class _Continuation:
             scout = _Continuation(lower, replace(options, tolerance=loose))
         self.scout = scout
         self.error: refinement.Estimate | None = None  # at the De where it is
+        self._error_before: refinement.Estimate | None = None  # at the De before
         self._newton: newton.ModifiedNewton | None = None  # of the last iteration
         self._difference: ngsolve.BaseVector | None = None
         self._known: list[tuple[float, ngsolve.BaseVector]] = []
@@ -296,15 +294,15 @@ class _Continuation:
     @property
     def known_error(self) -> refinement.Estimate | None:
         """The last estimate on this mesh, of this order or else of the scout."""
-        if self.error is None and self.scout is not None:
-            return self.scout.known_error
-        return self.error
+        own = self.error or self._error_before
+        return own if own is not None or self.scout is None else self.scout.known_error
 
     def advance(self, De: float) -> tuple[newton.Convergence, int]:
         """Go on to De: after the scout, or else in steps; also the number of iterations."""
         if self._is_at(De):
             self.flow.state.vec.data = self._known[-1][1]
             return newton.Convergence(), 0
+        self._error_before, self.error = self.known_error, None
         if self.scout is None:
             return self._walk(De)
         convergence, iterations = self._follow(De)
@@ -335,7 +333,7 @@ class _Continuation:
         flow = self.flow.on(mesh)
         self._known = [(at, self.flow.embed(known, flow)) for at, known in self._known]
         self.flow, self._interpolated = flow, True
-        self._difference = self._newton = self.error = None
+        self._difference = self._newton = self.error = self._error_before = None
         if self.scout is not None:
             self.scout.refine(mesh)
 

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from viscotrain.flow import Flow
 from viscotrain.meshes import Sizes
 
-SAFETY = 5.0  # measured: tests/test_refinement.py
+SAFETY = 2.0  # measured: tests/test_refinement.py
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
 RATE = 2.0  # where it matters: in layers
 FINEST, COARSEST = 0.4, 1.5  # change of the size of an element in one refinement
