@@ -8,8 +8,8 @@ Spheres. u_z is one unknown on each of the other spheres (`PlateauFESpace`); the
 of that unknown is zero total force. The reference sphere is force-free because the wall carries
 the force of the pressure drop (`weak_forms.flow_rate`). No traction is ever integrated.
 
-Elements. Triangles with continuous polynomials: u of order k, p and psi of order k - 1, without
-stabilisation.
+Elements. Triangles with continuous polynomials: u of order k, p and psi of order k - 1; the
+transport of psi is upwinded (`weak_forms`).
 """
 
 from collections.abc import Callable, Sequence
