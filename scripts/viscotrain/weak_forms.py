@@ -18,8 +18,8 @@ convergence of Newton's method. t does not contain the time step, so that a tran
 stays of second order. eps keeps t smooth where the fluid moves with the mesh, at the spheres.
 
 c was chosen by measurement. A fluid of one mode (eta_s/eta_0 = 1/4, alpha = 0.1), one sphere with
-d/D = 0.3, 494 elements, order 4: with c = 0 De = 12 is not reached; with c = 0.02, 0.1 and 0.3 De = 40
-is, and U at De = 5 is 1.810162, 1.810163 and 1.810195 (converged: 1.810114). At De = 1 it costs
+d/D = 0.3, 494 elements, order 4: De = 12 is not reached with c = 0, but with c = 0.02, 0.1 and 0.3,
+and U at De = 5 is 1.810162, 1.810163 and 1.810195 (converged: 1.810114). At De = 1 it costs
 accuracy in proportion to c: 2e-6, 9e-6, 2e-5 Ubar on that mesh.
 
 Integration by parts leaves the traction on the boundaries. On a boundary where u_z is one unknown
