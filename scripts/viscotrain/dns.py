@@ -47,8 +47,9 @@ SMALLEST_STEP = 0.05  # in that coordinate; a continuation that needs smaller on
 EASY, HARD = 1, 2  # factorisations of a step: so few lengthen the next one, more shorten it
 RUNGS = (1.0, 3.0)  # of the ladder in one decade
 PREDICTION = 2.5  # over the error of an order: how the order below predicts it, about
-LEAST_REDUCTION, MOST_REDUCTION = 2.0, 16.0  # of the error in one refinement
+LEAST_REDUCTION, MOST_REDUCTION = 3.0, 16.0  # of the error in one refinement
 REFINEMENTS = 4  # of one De
+LARGE = 0.8  # over the elements that a mesh may have: it is not refined any more
 RESCUES = 2  # refinements of one De that is stuck
 
 Remesh = Callable[[Sizes], ngsolve.Mesh]
@@ -222,7 +223,7 @@ class _Ladder:
             if outcome.accurate or not self._can_refine(path, refinements):
                 break
             finer = path.twin()
-            finer.refine(self._finer(path, error.decisive / allowed))
+            finer.refine(self._finer(path, error.decisive / allowed * 2**refinements))
             convergence, more = finer.advance(De)
             outcome.iterations += more
             refinements += 1
@@ -251,14 +252,14 @@ class _Ladder:
             self._remesh is not None
             and path.known_error is not None
             and refinements < REFINEMENTS
-            and path.flow.mesh.ne < self._options.max_elements
+            and path.flow.mesh.ne < LARGE * self._options.max_elements
         )
 
     def _finer(self, path: "_Continuation", excess: float) -> ngsolve.Mesh:
         """A mesh on which the error that was estimated last is smaller."""
-        reduction = min(max(1.3 * excess, LEAST_REDUCTION), MOST_REDUCTION)
+        reduction = min(max(1.5 * excess, LEAST_REDUCTION), MOST_REDUCTION)
         most = self._options.max_elements
-        sizes = refinement.refined(path.flow.mesh, path.known_error.contributions, reduction, most)
+        sizes = refinement.refined(path.flow.mesh, path.known_error, reduction, most)
         return self._remesh(sizes)
 
 
@@ -283,7 +284,7 @@ class _Continuation:
     def twin(self) -> "_Continuation":
         """Another one, where this one is; they go on independently of each other."""
         twin = copy_object(self)
-        twin.scout = self.scout and self.scout.twin()
+        twin.scout, twin._newton = self.scout and self.scout.twin(), None
         return twin
 
     @property
@@ -326,6 +327,7 @@ class _Continuation:
             self._newton = newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
         adjoint = self._newton.adjoint(self.flow.state)
         self.error = refinement.estimate(self.flow, below, adjoint, ahead)
+        self._newton = None  # its factors take much memory
         return self.error
 
     def refine(self, mesh: ngsolve.Mesh):
@@ -393,6 +395,7 @@ class _Continuation:
         """Start from the scout's solution plus what the order changed at the De before."""
         scout = self.scout
         convergence, iterations = scout.advance(De)
+        scout._newton = None  # its factors take much memory
         if not convergence.converged:
             return convergence, iterations
         found = scout.flow.embed(scout._known[-1][1], self.flow)

@@ -17,8 +17,9 @@ the same sign, is sum |e_K|, and if the signs were independent (sum e_K^2)^(1/2)
 
     error of J = `SAFETY` [sum |e_K| (sum e_K^2)^(1/2)]^(1/2).
 
-The new mesh has elements of such sizes h that all contribute the same: the contribution of an
-element goes like h^(2 + RATE), the sum like h^RATE.
+The new mesh has elements of such sizes h that all contribute the same. What comes from a region
+goes like h^q there, what comes from one of its elements like h^(2 + q), with q between that of an
+unresolved layer and that of a smooth solution, `RATES`, by how far r_K s_K is between 1 and 1/16.
 """
 
 from collections.abc import Callable
@@ -32,10 +33,12 @@ from numpy.typing import NDArray
 from viscotrain.flow import Flow
 from viscotrain.meshes import Sizes
 
-SAFETY = 2.0  # measured: tests/test_refinement.py
+SAFETY = 2.5  # measured: tests/test_refinement.py
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
-RATE = 2.0  # where it matters: in layers
-FINEST, COARSEST = 0.4, 1.5  # change of the size of an element in one refinement
+RATES = 2.0, 4.0
+SMOOTH = 1 / 16  # product of the decays of a smooth solution
+FINEST, COARSEST = 0.4, 1.1  # change of the size of an element in one refinement
+MESHED = 1.07  # sizes of the triangles that Netgen makes, over those asked for
 MANY_ELEMENTS = 50  # an unknown that belongs to more is no unknown of an element
 
 
@@ -46,13 +49,15 @@ class Estimate:
     Attributes:
         velocity: Of the velocity of the reference sphere, in Ubar.
         relative: Of the relative velocities of neighbours, along the flow, in Ubar.
-        contributions: (elements,) of the error that counts: the largest of `relative`, or
+        contributions: (elements,) to the error that counts: the largest of `relative`, or
             `velocity` for a single sphere.
+        rates: (elements,) exponents q of the size with which these contributions fall.
     """
 
     velocity: float
     relative: tuple[float, ...]
     contributions: NDArray
+    rates: NDArray
 
     @property
     def decisive(self) -> float:
@@ -81,50 +86,52 @@ def estimate(
     elements = _Elements(flow)
     decay = elements.decay(flow.fields().psi)
     z = GridFunction(flow.space)
-    found = []
+    found, gains = [], []
     for goal in _goals(flow):
         z.vec.data = adjoint(goal)
-        gain = decay * elements.decay(flow.grouped(z.components).psi)
+        gains.append(decay * elements.decay(flow.grouped(z.components).psi))
         shares = np.abs(elements.sums(z.vec.FV().NumPy() * weights))
-        found.append(shares * gain ** (1 + ahead))
-    totals = [SAFETY * float(np.sqrt(shares.sum() * np.linalg.norm(shares))) for shares in found]
+        found.append(shares * gains[-1] ** (1 + ahead))
+    totals = [SAFETY * float(np.sqrt(each.sum() * np.linalg.norm(each))) for each in found]
     relative = tuple(totals[1:])
     decisive = int(np.argmax(relative)) + 1 if relative else 0
-    return Estimate(totals[0], relative, found[decisive])
+    smoothness = np.minimum(np.log(gains[decisive]) / np.log(SMOOTH), 1.0)
+    rates = RATES[0] + (RATES[1] - RATES[0]) * smoothness
+    return Estimate(totals[0], relative, found[decisive], rates)
 
 
 def compared(flow: Flow, below: Flow) -> Estimate:
     """The distance from the order below, in place of an estimate; without contributions."""
     differences = np.subtract(flow.relative_velocities(), below.relative_velocities())
     U, U_below = (each.sphere_velocities()[flow.geometry.reference] for each in (flow, below))
-    return Estimate(abs(U - U_below), tuple(np.abs(differences)), np.array([]))
+    return Estimate(abs(U - U_below), tuple(np.abs(differences)), np.array([]), np.array([]))
 
 
-def refined(mesh: ngsolve.Mesh, contributions: NDArray, reduction: float, most: float) -> Sizes:
+def refined(mesh: ngsolve.Mesh, error: Estimate, reduction: float, most: float) -> Sizes:
     """Sizes of a mesh whose error is smaller.
 
     Args:
         mesh: The present one.
-        contributions: (elements,) to the error.
+        error: On it.
         reduction: Present error over the wanted one.
         most: Elements that the new mesh may have, about.
     """
     centres, sizes = _centres_and_sizes(mesh)
-    contributions = np.maximum(contributions, 1e-12 * contributions.max())
+    contributions = np.maximum(error.contributions, 1e-12 * error.contributions.max())
 
     def factors(level: float) -> NDArray:
-        return np.clip((level / contributions) ** (1 / (2 + RATE)), FINEST, COARSEST)
+        return np.clip((level / contributions) ** (1 / (2 + error.rates)), FINEST, COARSEST)
 
     low, high = np.log([contributions.min(), contributions.max()])
     low -= 10.0
     for _ in range(50):
         factor = factors(np.exp((low + high) / 2))
-        too_large = contributions @ factor**RATE > contributions.sum() / reduction
+        too_large = contributions @ factor**error.rates > contributions.sum() / reduction
         if too_large and (factor**-2).sum() < most:
             high = (low + high) / 2
         else:
             low = (low + high) / 2
-    return Sizes(centres, sizes * factor)
+    return Sizes(centres, sizes * factor / MESHED)
 
 
 def _goals(flow: Flow) -> list[ngsolve.BaseVector]:
