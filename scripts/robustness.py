@@ -25,6 +25,11 @@ from viscotrain.robustness import DEFAULT, REFERENCE
 OUTPUT = Path(__file__).parents[1] / "tests" / "verification" / "robustness" / "sample.csv"
 
 
+def progress(line: str):
+    """Print at once."""
+    print(line, flush=True)
+
+
 class Results:
     """The file of results, to which threads append."""
 
@@ -50,12 +55,13 @@ class Results:
         line = pd.DataFrame([row]).reindex(columns=robustness.COLUMNS)
         with self._lock:
             line.to_csv(self._path, mode="a", header=False, index=False)
-            print(described(row), flush=True)
+            progress(described(row))
 
 
 def described(row: dict) -> str:
     """A line of progress."""
-    text = f"{row['part']} {row['index']} {row['run']}: De {row['deborah']:.3g}, "
+    label = robustness.run_name(row["part"], row["index"], row["run"])
+    text = f"{label}: De {row['deborah']:.3g}, "
     if row["converged"]:
         text += f"estimated error {row.get('estimate', float('nan')):.1e}"
         text += "" if row["accurate"] else " NOT ACCURATE"
@@ -71,9 +77,10 @@ def in_own_process(point: robustness.Point, run: str) -> dict | None:
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context) as pool:
         try:
-            return pool.submit(robustness.solve, point, run).result()
+            return pool.submit(robustness.solve, point, run, report=progress).result()
         except BrokenProcessPool:  # out of memory, for example: no result of the solver
-            print(f"{point.part} {point.index} {run}: the process died, no row", flush=True)
+            label = robustness.run_name(point.part, point.index, run)
+            progress(f"{label}: the process died, no row")
             return None
 
 

@@ -19,7 +19,7 @@ import itertools
 import json
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -180,22 +180,32 @@ def finer(settings: DnsConfig) -> DnsConfig:
     )
 
 
-def solve(point: Point, run: str = DEFAULT, settings: DnsConfig | None = None) -> dict:
+def solve(
+    point: Point,
+    run: str = DEFAULT,
+    settings: DnsConfig | None = None,
+    report: Callable[[str], None] = lambda _: None,
+) -> dict:
     """Solve one point; a row of the table of results.
 
     Args:
         point: Of the design.
         run: `DEFAULT` or `REFERENCE`.
         settings: Of the default run; None for those of the config.
+        report: Takes a line of text per mesh.
     """
     use_one_core()
     settings = settings or DnsConfig()
     case = Case(point.fluid, point.confinement, settings if run == DEFAULT else finer(settings))
     meshes: list[int] = []
+    label = run_name(point.part, point.index, run)
 
     def remesh(sizes):
         mesh = simulation.mesh_of(case, geometry, sizes)
         meshes.append(mesh.ne)
+        at = f"De {reached[-1][0]:.3g} in order {reached[-1][1]}" if reached else "the start"
+        seconds = time.process_time() - started
+        report(f"{label}: {mesh.ne} elements after {at}, {seconds:.0f} CPU s")
         return mesh
 
     started = time.process_time()
@@ -218,6 +228,11 @@ def solve(point: Point, run: str = DEFAULT, settings: DnsConfig | None = None) -
         "meshes": json.dumps(meshes),
         "cpu_seconds": round(time.process_time() - started, 1),
     }
+
+
+def run_name(part: str, index: int, run: str) -> str:
+    """Of a run, in lines of progress."""
+    return f"{part} {index} {run}"
 
 
 def _parameters(point: Point, run: str) -> dict:
@@ -358,6 +373,8 @@ def report(table: pd.DataFrame) -> str:
     found = summarised(table)
     lines = []
     for part, total in ((MAIN, MAIN_POINTS), (CORNER, CORNER_POINTS)):
+        if not found.points[part]:
+            continue
         lines.append(
             f"{part}: {found.points[part]} of {total} points run, {found.converged[part]:.1%} "
             f"converged, {found.accurate[part]:.1%} of these accurate"
