@@ -385,10 +385,11 @@ def report(table: pd.DataFrame) -> str:
             f"  {row.part} {row.index} {row.run}: De {row.deborah:.3g} not solved, "
             f"reached {row.deborah_reached:.3g}: {row.reason}"
         )
-    lines.append(
-        f"errors: {found.compared} points with a reference; estimate >= error in "
-        f"{found.covered:.1%}, within a factor of {FACTOR:g} in {found.close:.1%}"
-    )
+    if found.compared:
+        lines.append(
+            f"errors: {found.compared} points with a reference; estimate >= error in "
+            f"{found.covered:.1%}, within a factor of {FACTOR:g} in {found.close:.1%}"
+        )
     seconds = runs["cpu_seconds"]
     lines.append(f"cost: median {seconds.median():.0f}, maximum {seconds.max():.0f} CPU s")
     if (
