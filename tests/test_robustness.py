@@ -143,12 +143,15 @@ def test_the_error_that_counts_is_of_relative_velocities():
 
 
 def test_references_are_finer():
-    default, reference = DnsConfig(), robustness.finer(DnsConfig())
+    default = DnsConfig(max_elements=1500)
+    reference = robustness.finer(default, 1)
     assert reference.velocity_order > default.velocity_order
     assert reference.sphere_elements > default.sphere_elements
     assert reference.accuracy == pytest.approx(default.accuracy / 10)
     assert reference.relative_accuracy == pytest.approx(default.relative_accuracy / 10)
     assert reference.margin == default.margin
+    most = [robustness.finer(default, modes).max_elements for modes in (1, 2, 3, 4)]
+    assert most == [3000, 3000, 2000, 1500]
     DnsConfig.model_validate(reference.model_dump())
 
 

@@ -7,9 +7,9 @@ has one point in each of its equal strata; those of modes or distances that a po
 are not used. Point n is the same whichever points are solved.
 
 Runs. The `default` run of a point has the settings of `config.DnsConfig`. Its `reference` has a
-higher order, another, finer mesh to start with, a tenth of the errors and twice the elements; the
-difference of both is taken as the error of the default. It does not contain that of the length of
-the box, which both share.
+higher order, another, finer mesh to start with, a tenth of the errors and up to twice the elements;
+the difference of both is taken as the error of the default. It does not contain that of the length
+of the box, which both share.
 
 Nothing depends on the speed of the machine: no run has a limit of time.
 """
@@ -58,6 +58,7 @@ COORDINATES = (
 DEFAULT, REFERENCE = "default", "reference"
 REFERENCE_ACCURACY = 0.1  # over that of the default
 REFERENCE_ELEMENTS = 2  # the most, over those of the default
+REFERENCE_MODES = 2  # that may have so many; with more, memory sets a limit to the product
 REFERENCE_SIZE = 0.7  # of the elements of the first mesh
 HIGHEST_ORDER = 6  # that a config may ask for
 FLOOR = 1e-7  # Ubar: tolerance of the iteration, below which errors are not told apart
@@ -165,8 +166,9 @@ class Case:
     dns: DnsConfig
 
 
-def finer(settings: DnsConfig) -> DnsConfig:
-    """Settings of the reference."""
+def finer(settings: DnsConfig, modes: int) -> DnsConfig:
+    """Settings of the reference of a fluid with so many modes."""
+    most = settings.max_elements * REFERENCE_ELEMENTS * REFERENCE_MODES
     return settings.model_copy(
         update={
             "velocity_order": min(settings.velocity_order + 1, HIGHEST_ORDER),
@@ -175,7 +177,7 @@ def finer(settings: DnsConfig) -> DnsConfig:
             "wall_size": settings.wall_size * REFERENCE_SIZE,
             "accuracy": settings.accuracy * REFERENCE_ACCURACY,
             "relative_accuracy": settings.relative_accuracy * REFERENCE_ACCURACY,
-            "max_elements": settings.max_elements * REFERENCE_ELEMENTS,
+            "max_elements": round(most / max(modes, REFERENCE_MODES)),
         }
     )
 
@@ -196,7 +198,9 @@ def solve(
     """
     use_one_core()
     settings = settings or DnsConfig()
-    case = Case(point.fluid, point.confinement, settings if run == DEFAULT else finer(settings))
+    if run == REFERENCE:
+        settings = finer(settings, len(point.fluid.modes))
+    case = Case(point.fluid, point.confinement, settings)
     meshes: list[int] = []
     label = run_name(point.part, point.index, run)
 
