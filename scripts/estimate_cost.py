@@ -2,15 +2,15 @@
 
     python scripts/estimate_cost.py --configfile config/paper.yaml --cores 2
 
-Model. A Deborah number takes a number of continuation steps, and a step at one polynomial order
-takes CPU seconds proportional to unknowns^`GROWTH`. Steps and seconds per step come from
-`measured_costs.csv`, which `benchmark.py --output` writes, unknowns from meshes of a few of the
-study's geometries. Where geometries of the study are finished, their own times take the place of
-the measured ones. Trains cost per sphere that is injected.
+Model. Meshes are refined at each Deborah number until the solution is accurate, so their sizes are
+not known beforehand. A point costs what points of as many spheres were measured to cost at its De,
+the way from the De before included, interpolated in log(1 + De/De_0). For another polynomial order
+or number of modes this is scaled by (unknowns per element)^`GROWTH`. The measured times are in
+`measured_costs.csv`, which `benchmark.py --output` writes. Where geometries of the study are
+finished, their own times take the place of these. Trains cost per sphere that is injected.
 """
 
 import argparse
-import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from viscotrain import dns, simulation
+from viscotrain import dns
 from viscotrain.command import reporting
 from viscotrain.config import (
     DesignMapConfig,
@@ -31,15 +31,14 @@ from viscotrain.config import (
     train_name,
     with_fitted_fluid,
 )
-from viscotrain.fluid import NEWTONIAN
 from viscotrain.progress import Point, made_with, outcomes
 from viscotrain.provenance import TRAINS, digest
-from viscotrain.table import SOLVED
+from viscotrain.table import has_solution
 from viscotrain.triplets import Triplet
 
 MEASURED = Path(__file__).parent / "viscotrain" / "measured_costs.csv"
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
-SAMPLED = 8  # geometries whose mesh is made to count unknowns; the cost of the others is the mean
+CONFORMATION = 4  # components per mode
 START_UP = 2.0  # CPU seconds of a job that imports everything
 FIGURE = 1.5  # CPU seconds of a figure
 FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
@@ -78,7 +77,7 @@ class Work:
     @property
     def solved(self) -> int:
         """Points that are there and have a solution."""
-        return sum(status == SOLVED for status in self.outcomes.values())
+        return sum(bool(has_solution(status)) for status in self.outcomes.values())
 
 
 # -------------------------------------------------------------------------------- what is there
@@ -102,31 +101,18 @@ def work_of(study: Study, results: Path) -> Work:
 # -------------------------------------------------------------------------------- cost of a flow
 
 
-def unknowns(study: Study, sp: float, sf: float) -> list[int]:
-    """Unknowns of one geometry at every Deborah number of the study, in the order solved there."""
-    geometry = simulation.triplet(study, sp, sf)
-    fluid = study.dimensionless_fluid
-
-    @functools.cache
-    def count(high: bool, newtonian: bool, order: int) -> int:
-        deborah = math.inf if high else 0.0
-        flow = simulation.make_flow(study, geometry, deborah)
-        return flow.variant(NEWTONIAN if newtonian else fluid, order).space.ndof
-
-    return [
-        count(De > study.dns.high_deborah.above, De == 0, order)
-        for De, order in zip(study.deborah.values, orders(study), strict=True)
-    ]
+def spheres(sp: float, sf: float) -> int:
+    """Number of spheres of a geometry."""
+    return 1 + math.isfinite(sp) + math.isfinite(sf)
 
 
-def orders(study: Study) -> list[int]:
-    """Polynomial order at every Deborah number of the study."""
-    own = {De: simulation.resolution(study, De).velocity_order for De in study.deborah.values}
-    return [own[De] if De > 0 else max(own[De], dns.NEWTONIAN_ORDER) for De in own]
+def unknowns_per_element(order: int, modes: int) -> float:
+    """On a large mesh: k^2/2 for each variable of order k."""
+    return order**2 + (1 + CONFORMATION * modes) * (order - 1) ** 2 / 2
 
 
 class CostModel:
-    """CPU seconds of a flow from measured ones.
+    """CPU seconds of a point from measured ones.
 
     Args:
         measured: Table with the columns that `benchmark.py` writes.
@@ -134,54 +120,76 @@ class CostModel:
 
     def __init__(self, measured: pd.DataFrame):
         measured = measured[measured.solved]
-        x = np.log1p(measured.deborah / dns.DEBORAH_OF_ELASTICITY)
-        before = measured.deborah_before.fillna(0.0)
-        advance = x - np.log1p(before / dns.DEBORAH_OF_ELASTICITY)
-        rows = measured.assign(
-            x=x,
-            step=advance / measured.steps,
-            unit=measured.cpu_seconds / measured.steps / measured.unknowns**GROWTH,
+        sizes = [
+            _size(*row)
+            for row in zip(measured.deborah, measured.velocity_order, measured.modes, strict=True)
+        ]
+        self._rows = measured.assign(
+            x=_coordinate(measured.deborah),
+            spheres=[spheres(*row) for row in zip(measured.sp, measured.sf, strict=True)],
+            unit=measured.cpu_seconds / np.array(sizes) ** GROWTH,
         )
-        self._newtonian = rows[rows.deborah == 0]["unit"].median()
-        self._elastic = rows[rows.deborah > 0]
 
-    def seconds(self, before: float, deborah: float, order: int, count: float) -> float:
-        """CPU seconds from one lambda_1 Ubar/D (0: from rest) to the next, both in this order."""
-        if deborah == 0:
-            return self._newtonian * count**GROWTH
-        x, x_before = (math.log1p(De / dns.DEBORAH_OF_ELASTICITY) for De in (deborah, before))
-        rows = self._of_order(order)
-        step, unit = (np.interp(x, rows.index, rows[name]) for name in ("step", "unit"))
-        return max(1.0, (x - x_before) / step) * unit * count**GROWTH
+    def seconds(self, deborah: float, count: int, order: int, modes: int) -> float:
+        """CPU seconds of a point, with what the way to it from the De before costs.
 
-    def _of_order(self, order: int) -> pd.DataFrame:
-        """Medians over geometries, by x, of the measured order that is nearest."""
-        measured = self._elastic.velocity_order
-        nearest = min(measured.unique(), key=lambda known: abs(known - order))
-        return self._elastic[measured == nearest].groupby("x")[["step", "unit"]].median()
+        Args:
+            deborah: lambda_1 Ubar/D.
+            count: Number of spheres.
+            order: Polynomial order of the velocity.
+            modes: Of the fluid.
+        """
+        rows = self._rows[(self._rows.deborah == 0) == (deborah == 0)]
+        nearest = min(rows.velocity_order.unique(), key=lambda known: abs(known - order))
+        rows = rows[rows.velocity_order == nearest]
+        known = min(rows.spheres.unique(), key=lambda number: abs(number - count))
+        means = rows[rows.spheres == known].groupby("x")["unit"].mean()
+        unit = np.exp(np.interp(_coordinate(deborah), means.index, np.log(means)))
+        return float(unit * count / known * _size(deborah, order, modes) ** GROWTH)
+
+
+def _coordinate(deborah):
+    """The coordinate of the continuation."""
+    return np.log1p(deborah / dns.DEBORAH_OF_ELASTICITY)
+
+
+def _size(deborah: float, order: int, modes: int) -> float:
+    """Unknowns per element of what is solved at a Deborah number."""
+    if deborah == 0:
+        return unknowns_per_element(max(order, dns.NEWTONIAN_ORDER), 0)
+    return unknowns_per_element(order, modes)
 
 
 def own_costs(results: Path) -> pd.DataFrame:
-    """Times of the study's finished geometries: deborah, cpu_seconds, unknowns."""
+    """Times of the study's finished geometries: deborah, spheres, cpu_seconds."""
     files = sorted((results / "dns" / "timing").glob("*.csv"))
-    tables = [pd.read_csv(path) for path in files]
-    columns = ["deborah", "cpu_seconds", "unknowns"]
-    return pd.concat(tables)[columns] if tables else pd.DataFrame(columns=columns)
+    columns = ["deborah", "spheres", "cpu_seconds"]
+    if not files:
+        return pd.DataFrame(columns=columns)
+    table = pd.concat(map(pd.read_csv, files))
+    numbers = [spheres(*row) for row in zip(table.sp, table.sf, strict=True)]
+    return table.assign(spheres=numbers)[columns]
 
 
 def flow_seconds(
-    study: Study, counts: Sequence[float], model: CostModel, own: pd.DataFrame
+    study: Study,
+    geometry: Triplet,
+    deborahs: Sequence[float],
+    model: CostModel,
+    own: pd.DataFrame,
 ) -> float:
-    """CPU seconds of one geometry with these unknowns at each Deborah number of the study."""
-    total, before = 0.0, 0.0
-    for De, order, count in zip(study.deborah.values, orders(study), counts, strict=True):
-        deborah = study.deborah_longest_mode(De)
+    """CPU seconds of one geometry at Deborah numbers of the study."""
+    count, modes = spheres(*geometry), len(study.dimensionless_fluid.modes)
+    total = 0.0
+    for De in deborahs:
         finished = own[own.deborah == De]
         if finished.empty:
-            total += model.seconds(before, deborah, order, count)
+            order = study.dns.velocity_order
+            total += model.seconds(study.deborah_longest_mode(De), count, order, modes)
         else:
-            total += (finished.cpu_seconds * (count / finished.unknowns) ** GROWTH).median()
-        before = deborah
+            known = min(finished.spheres.unique(), key=lambda number: abs(number - count))
+            mean = finished.cpu_seconds[finished.spheres == known].mean()
+            total += mean * count / known
     return total
 
 
@@ -220,10 +228,10 @@ class Cost:
 def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame) -> Cost:
     """Cost of the work that is left."""
     model = CostModel(measured)
-    each = []
-    for geometry in sample_of(work):
-        part = study.at(work.flows_left[geometry])
-        each.append(flow_seconds(part, unknowns(part, *geometry), model, own))
+    each = [
+        flow_seconds(study, geometry, deborahs, model, own)
+        for geometry, deborahs in work.flows_left.items()
+    ]
     if study.dns.method == "transient":
         each = [seconds * TRANSIENT for seconds in each]
     mean = float(np.mean(each)) if each else 0.0
@@ -241,18 +249,11 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     rest = START_UP * started + FIGURE * figures + FRAME * frames + sum(design_map) + mean
     rest = rest if jobs else 0.0
     return Cost(
-        flows=len(work.flows_left) * mean,
+        flows=sum(each),
         trains=sum(trains),
         rest=rest,
         longest=max([*each, *trains], default=0.0),
     )
-
-
-def sample_of(work: Work) -> list[Triplet]:
-    """Some of the geometries left, evenly spread."""
-    left = list(work.flows_left)
-    number = min(SAMPLED, len(left))
-    return [left[int((k + 0.5) * len(left) / number)] for k in range(number)]
 
 
 def basis_of(study: Study, own: pd.DataFrame) -> str:
@@ -292,9 +293,7 @@ def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) ->
         f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}",
     ]
     if left:
-        lines.append(f"  rests on     {basis_of(study, own)};")
-        counted = len(sample_of(work))
-        lines.append(f"               unknowns counted on {counted} of the {left} meshes left")
+        lines.append(f"  rests on     {basis_of(study, own)}")
     return "\n".join(lines)
 
 

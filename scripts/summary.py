@@ -36,6 +36,8 @@ def main(
     lines = [
         str(velocities.attrs["title"]),
         f"  points solved   {points - missing} of {points}, {missing} holes{shared}",
+        f"  points not accurate: {table.inaccurate_points(velocities)}, "
+        f"largest estimated error {table.largest_error(velocities)}",
         f"  interpolation   {table.largest_check_error(velocities)}",
         f"  simulation      {cpu:.0f} CPU s in {len(timing)} jobs",
         f"  table           {velocity_table}",

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from viscotrain import dns, newton
-from viscotrain.config import HighDeborahConfig, load_study
+from viscotrain.config import load_study
 from viscotrain.flow import Flow, copy
 from viscotrain.fluid import NEWTONIAN, DimensionlessFluid, Mode
 from viscotrain.geometry import Geometry
@@ -149,7 +149,7 @@ def test_oldroyd_b_drag_on_a_sphere_in_a_two_to_one_tube():
 
 
 def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
-    flow = make_flow(DEMO, triplet(DEMO, math.inf, 1.5), 0.5)
+    flow = make_flow(DEMO, triplet(DEMO, math.inf, 1.5))
     (solution,) = dns.solve(flow, [0.5], solver_options(DEMO))
     assert solution.solved
     raised = flow.variant(hyaluronic_acid, 4)
@@ -163,24 +163,48 @@ def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
 
 
 def test_newtonian_fluid_without_modes_needs_no_conformation():
-    flow = make_flow(DEMO, triplet(DEMO, math.inf, math.inf), 0.0).variant(NEWTONIAN, 3)
+    flow = make_flow(DEMO, triplet(DEMO, math.inf, math.inf)).variant(NEWTONIAN, 3)
     assert flow.fields().psi == []
 
 
-def test_high_deborah_numbers_have_a_resolution_of_their_own():
-    """The mesh of high De is reached by way of the moderate ones, and gives what it gives alone."""
-    fine = {"velocity_order": 3, "sphere_elements": 12, "axis_size": 0.08, "wall_size": 0.2}
-    both = study(deborah=(0.5, 2.0), high_deborah=HighDeborahConfig(above=1.0, **fine))
-    alone = study(deborah=(2.0,), **fine)
-    pair = triplet(both, math.inf, 1.5)
-    (_, low), (_, high) = solutions(both, pair)
-    ((_, expected),) = solutions(alone, pair)
-    assert low.flow.velocity_order == both.dns.velocity_order
-    assert high.flow.space.ndof == expected.flow.space.ndof
-    assert high.velocities == pytest.approx(expected.velocities, abs=1e-8)
-    assert low.velocities == pytest.approx(
-        next(solutions(study(deborah=(0.5,)), pair))[1].velocities, abs=1e-12
-    )
+# ---------------------------------------------------------------------------------- accuracy
+
+
+COARSE = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
+
+
+def test_what_is_found_does_not_depend_on_the_other_deborah_numbers():
+    found = []
+    for deborahs in ((0.5, 2.0), (2.0,)):
+        config = study(deborah=deborahs, accuracy=1e-3, **COARSE)
+        *_, (_, last) = solutions(config, triplet(config, math.inf, 1.5))
+        found.append(last)
+    both, alone = found
+    assert both.flow.mesh.ne == alone.flow.mesh.ne
+    relative = [np.diff(list(each.velocities.values())) for each in found]
+    assert pytest.approx(relative[1], abs=1e-6) == relative[0]
+
+
+def test_meshes_are_refined_until_the_estimate_is_small():
+    found = []
+    for accuracy in (1e-2, 2e-4):
+        config = study(deborah=(2.0,), accuracy=accuracy, relative_accuracy=0.0, **COARSE)
+        ((_, solution),) = solutions(config, triplet(config, math.inf, 1.5))
+        assert solution.accurate
+        assert solution.estimated_error == max(solution.error.relative) <= accuracy
+        found.append(solution)
+    coarse, fine = found
+    assert coarse.flow.mesh.ne < fine.flow.mesh.ne
+    difference = np.subtract(*(np.diff(list(each.velocities.values())) for each in found))
+    assert abs(difference) < coarse.estimated_error
+
+
+def test_too_few_elements_give_a_solution_that_is_not_accurate():
+    few = study(deborah=(1.0,), accuracy=1e-9, relative_accuracy=0.0, max_elements=1, **COARSE)
+    ((_, solution),) = solutions(few, triplet(few, math.inf, 1.5))
+    assert solution.solved and not solution.accurate
+    assert solution.estimated_error > 1e-9
+    assert set(solution.velocities) == {"middle", "leading"}
 
 
 # ------------------------------------------------------------------------------------ continuation

@@ -16,11 +16,9 @@ from estimate_cost import (
     cost_of,
     estimate,
     flow_seconds,
-    orders,
     own_costs,
-    sample_of,
     train_seconds,
-    unknowns,
+    unknowns_per_element,
     work_of,
 )
 
@@ -33,39 +31,36 @@ from viscotrain.config import (
     simulated_deborahs,
     train_name,
 )
-from viscotrain.simulation import solutions, triplet
+from viscotrain.simulation import make_flow, triplet
+from viscotrain.table import INACCURATE
 
 ROOT = Path(__file__).parent.parent
-STEP = math.log(3)  # of the continuation, in log(1 + De/De_0)
 
 
-def deborah_at(x: float) -> float:
-    return 0.5 * math.expm1(x)
-
-
-def measured_row(x_before: float, x: float, order: int, count: int, steps: int, seconds: float):
+def measured_row(deborah: float, seconds: float, order=4, sp=1.5, sf=1.5, solved=True):
     return {
-        "deborah_before": deborah_at(x_before) if x else math.nan,
-        "deborah": deborah_at(x),
+        "sp": sp,
+        "sf": sf,
+        "deborah": deborah,
         "velocity_order": order,
-        "unknowns": count,
-        "steps": steps,
-        "solved": True,
+        "modes": 2,
+        "solved": solved,
         "cpu_seconds": seconds,
     }
 
 
 @pytest.fixture
 def measured() -> pd.DataFrame:
-    """One step per `STEP` at 2 s with 1000 unknowns of order 3; order 4 takes 20 s at 2000."""
-    return pd.DataFrame(
-        [
-            measured_row(0, 0, 5, 1000, 1, 1.0),
-            measured_row(0, STEP, 3, 1000, 1, 2.0),
-            measured_row(STEP, 3 * STEP, 3, 1000, 2, 4.0),
-            measured_row(3 * STEP, 4 * STEP, 4, 2000, 1, 20.0),
-        ]
-    )
+    """Triplets at three De in order 4 and at one in order 3; a sphere takes a fifth of the time."""
+    triplets = [
+        measured_row(0.0, 1.0),
+        measured_row(1.0, 2.0),
+        measured_row(1.0, 4.0, sp=1.1),
+        measured_row(8.0, 12.0),
+        measured_row(1.0, 1.0, order=3),
+    ]
+    spheres = [measured_row(row["deborah"], row["cpu_seconds"] / 5) for row in triplets]
+    return pd.DataFrame([*triplets, *(row | {"sp": math.inf, "sf": math.inf} for row in spheres)])
 
 
 @pytest.fixture
@@ -82,10 +77,9 @@ def results_of(study: Study, folder: Path, geometries, trains=()) -> Path:
         De = list(simulated_deborahs(study, *geometry))
         outcome = xr.Dataset({"status": ("deborah", [0] * len(De))}, {"deborah": De}, attributes)
         outcome.to_netcdf(folder / f"dns/{geometry_name(*geometry)}.nc")
-        timing = [{"deborah": 0, "cpu_seconds": 0.5, "unknowns": 1000}]
-        timing += [{"deborah": 1, "cpu_seconds": 7.0, "unknowns": 2000}]
+        timing = [{"deborah": 0, "cpu_seconds": 0.5}, {"deborah": 1, "cpu_seconds": 7.0}]
         path = folder / f"dns/timing/{geometry_name(*geometry)}.csv"
-        pd.DataFrame(timing).to_csv(path, index=False)
+        pd.DataFrame(timing).assign(sp=geometry[0], sf=geometry[1]).to_csv(path, index=False)
     attributes |= {"trains_digest": provenance.digest(provenance.TRAINS)}
     for train in trains:
         xr.Dataset(attrs=attributes).to_netcdf(folder / f"trains/{train_name(*train)}.nc")
@@ -152,6 +146,15 @@ def test_points_are_counted_and_not_files(study, tmp_path, measured):
     assert "solved       1 points of 1 geometries; 1 without a solution; 0 trains" in text
 
 
+def test_points_that_are_not_accurate_are_solved(study, tmp_path):
+    results_of(study, tmp_path, study.geometries[:1])
+    path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
+    rough = xr.load_dataset(path)
+    rough["status"][1] = INACCURATE
+    rough.to_netcdf(path)
+    assert work_of(study, tmp_path).solved == 2
+
+
 def test_finished_start_ups_are_not_counted_again(study, tmp_path):
     method = study.dns.model_copy(update={"method": "transient"})
     study = study.model_copy(update={"dns": method})
@@ -162,56 +165,63 @@ def test_finished_start_ups_are_not_counted_again(study, tmp_path):
     assert work_of(study, tmp_path).flows_left[1.5, 1.5] == (0,)
 
 
-def test_the_sample_is_spread_over_what_is_left(tmp_path):
-    study = load_study(ROOT / "config" / "paper.yaml")
-    sample = sample_of(work_of(study, tmp_path))
-    assert len(set(sample)) == len(sample) == 8
-    assert len({sp for sp, _ in sample}) > 5
-
-
 # ----------------------------------------------------------------------------------- cost of a flow
 
 
 def test_measured_times_are_returned_as_they_are(measured):
     model = CostModel(measured)
-    assert model.seconds(0, 0, 5, 1000) == pytest.approx(1.0)
-    assert model.seconds(0, deborah_at(STEP), 3, 1000) == pytest.approx(2.0)
-    assert model.seconds(deborah_at(STEP), deborah_at(3 * STEP), 3, 1000) == pytest.approx(4.0)
-    assert model.seconds(deborah_at(3 * STEP), deborah_at(4 * STEP), 4, 2000) == pytest.approx(20.0)
+    assert model.seconds(0.0, 3, 4, 2) == pytest.approx(1.0)
+    assert model.seconds(1.0, 3, 4, 2) == pytest.approx(3.0)  # the mean
+    assert model.seconds(8.0, 3, 4, 2) == pytest.approx(12.0)
+    assert model.seconds(1.0, 3, 3, 2) == pytest.approx(1.0)
+    assert model.seconds(8.0, 1, 4, 2) == pytest.approx(12.0 / 5)
 
 
-def test_times_grow_with_unknowns_and_with_the_way_to_go(measured):
-    model, De = CostModel(measured), deborah_at(2 * STEP)
-    once = model.seconds(deborah_at(STEP), De, 3, 1000)
-    assert model.seconds(deborah_at(STEP), De, 3, 3000) == pytest.approx(3**GROWTH * once)
-    assert model.seconds(0, De, 3, 1000) == pytest.approx(2 * once)
-    assert model.seconds(0.99 * De, De, 3, 1000) == pytest.approx(once)  # a step is the least
+def test_between_measured_deborah_numbers_times_are_interpolated(measured):
+    model = CostModel(measured)
+    between = 0.5 * (math.sqrt(3 * 17) - 1)  # half way in log(1 + De/De_0)
+    assert model.seconds(between, 3, 4, 2) == pytest.approx(6.0)
+    assert model.seconds(100.0, 3, 4, 2) == model.seconds(8.0, 3, 4, 2)
 
 
-def test_an_order_that_was_not_measured_takes_the_nearest(measured):
-    model, De = CostModel(measured), deborah_at(STEP)
-    assert model.seconds(0, De, 2, 1000) == model.seconds(0, De, 3, 1000)
+def test_other_orders_and_fluids_are_scaled_by_their_unknowns(measured):
+    model = CostModel(measured)
+    ratio = unknowns_per_element(4, 3) / unknowns_per_element(4, 2)
+    assert model.seconds(1.0, 3, 4, 3) == pytest.approx(3.0 * ratio**GROWTH)
+    ratio = unknowns_per_element(2, 2) / unknowns_per_element(3, 2)
+    assert model.seconds(1.0, 3, 2, 2) == pytest.approx(ratio**GROWTH)  # the nearest one is 3
+    assert model.seconds(0.0, 3, 2, 7) == model.seconds(0.0, 3, 4, 2)  # Newtonian, in high order
+
+
+def test_a_pair_takes_the_nearest_number_of_spheres(measured):
+    triplets = measured[measured.sp < math.inf]
+    assert CostModel(triplets).seconds(8.0, 2, 4, 2) == pytest.approx(12.0 * 2 / 3)
 
 
 def test_points_that_were_not_solved_are_left_out(measured):
     failed = measured.assign(solved=False, cpu_seconds=1e6)
     both = pd.concat([measured, failed])
-    assert CostModel(both).seconds(0, 1, 3, 1000) == CostModel(measured).seconds(0, 1, 3, 1000)
+    assert CostModel(both).seconds(1, 3, 4, 2) == CostModel(measured).seconds(1, 3, 4, 2)
 
 
-def test_unknowns_are_those_of_the_solver(study):
-    flows = [solution.flow for _, solution in solutions(study, triplet(study, math.inf, math.inf))]
-    assert orders(study) == [flow.velocity_order for flow in flows]
-    assert unknowns(study, math.inf, math.inf) == [flow.space.ndof for flow in flows]
+def test_unknowns_per_element_are_those_of_a_large_mesh():
+    study = load_study(ROOT / "config" / "config.yaml")
+    fine = study.dns.model_copy(update={"wall_size": 0.03, "axis_size": 0.03})
+    study = study.model_copy(update={"dns": fine})
+    flow = make_flow(study, triplet(study, math.inf, math.inf))
+    expected = unknowns_per_element(4, 2)
+    assert flow.space.ndof / flow.mesh.ne == pytest.approx(expected, rel=0.05)
 
 
 def test_own_times_of_a_study_go_before_measured_ones(study, tmp_path, measured):
-    own = own_costs(results_of(study, tmp_path, study.geometries[:2]))
+    own = own_costs(results_of(study, tmp_path, [(1.5, 1.5)]))
     model = CostModel(measured)
-    assert flow_seconds(study, [1000, 2000], model, own) == pytest.approx(7.5)
+    assert flow_seconds(study, (1.5, 1.5), (0, 1), model, own) == pytest.approx(7.5)
+    assert flow_seconds(study, (1.5, math.inf), (0, 1), model, own) == pytest.approx(5.0)
     only_newtonian = own[own.deborah == 0]
-    expected = 0.5 + model.seconds(0, 1, 2, 2000)
-    assert flow_seconds(study, [1000, 2000], model, only_newtonian) == pytest.approx(expected)
+    expected = 0.5 + model.seconds(1, 3, 2, 2)
+    found = flow_seconds(study, (1.5, 1.5), (0, 1), model, only_newtonian)
+    assert found == pytest.approx(expected)
 
 
 def test_the_estimate_says_what_it_rests_on(study, tmp_path, measured):

@@ -15,7 +15,7 @@ from synthetic import DEMO_NODES, SINGLE, dns_result, relative, triplet
 
 from viscotrain import datasets, figures, trains
 from viscotrain.interpolation import VelocityTable
-from viscotrain.table import check_errors, combine
+from viscotrain.table import INACCURATE, check_errors, combine
 
 ROOT = Path(__file__).parents[1]
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
@@ -136,7 +136,7 @@ def test_relative_velocities_show_the_interpolant_and_its_nodes(table):
     words = texts(figure)
     for word in ("$s_p$ [$d$]", "$s_f$ [$d$]", r"\bar{U}", "De = 1", "$d/D$ = 0.2", "no relative"):
         assert word in words
-    for word in ("repulsion\ngap opens", "attraction\ngap closes", "below the interpolation error"):
+    for word in ("repulsion\ngap opens", "attraction\ngap closes", "below the error"):
         assert word in words
     panel = next(axes for axes in figure.axes if "$U_2 - U_1$" in axes.get_title("left"))
     (dots,) = (line for line in panel.lines if line.get_marker() == ".")
@@ -200,6 +200,25 @@ def test_pair_velocity_has_bands_of_the_interpolation_error(table):
         assert band.x0 >= figures.distance_coordinate(min(DEMO_NODES)) - 1e-12
     exact = table.drop_vars([name for name in table.variables if name.startswith("check")])
     assert not figures.pair_velocity(exact, BETA).figure.axes[0].collections
+
+
+def test_nodes_that_are_not_accurate_are_open_and_widen_the_band(table):
+    rough = table.copy(deep=True)
+    at = {"deborah": 1.0, "sp": INF, "sf": 2.5}
+    rough["status"].loc[at] = INACCURATE
+    rough["relative_velocity_error"].loc[at | {"pair": "leading-middle"}] = 1e-4
+    figure, data = figures.pair_velocity(rough, BETA)
+    (marked,) = data[data["kind"] == "inaccurate"]["distance_d"]
+    assert marked == 2.5
+    assert "not accurate" in texts(figure)
+    before, after = (
+        figures.pair_velocity(each, BETA).figure.axes[0].collections[-1].get_paths()[0]
+        for each in (table, rough)
+    )
+    assert after.get_extents().height > before.get_extents().height
+    surfaces = figures.relative_velocities(rough, 1.0, BETA).figure
+    assert "not accurate" in texts(surfaces)
+    assert "not accurate" not in texts(figures.relative_velocities(table, 1.0, BETA).figure)
 
 
 def test_pair_velocity_of_a_table_with_holes_has_crosses_and_no_curve(table_with_holes):

@@ -14,7 +14,7 @@ def space():
     return ngsolve.L2(ngsolve.Mesh(unit_square.GenerateMesh(maxh=2.0)), order=0)
 
 
-def solve(space, residual, start, max_iterations=40):
+def solve(space, residual, start, max_iterations=40, tolerance=1e-12, **options):
     """Solve residual(u) = 0 on each of two elements; result, iteration and solution."""
     u, v = space.TnT()
     form = ngsolve.BilinearForm(space)
@@ -22,7 +22,7 @@ def solve(space, residual, start, max_iterations=40):
     state = ngsolve.GridFunction(space)
     state.vec[:] = start
     iteration = ModifiedNewton(form, space.FreeDofs())
-    result = iteration.solve(state, tolerance=1e-12, max_iterations=max_iterations)
+    result = iteration.solve(state, tolerance=tolerance, max_iterations=max_iterations, **options)
     return result, iteration, state
 
 
@@ -42,6 +42,24 @@ def test_updates_that_are_too_long_are_shortened(space):
     assert result.converged
     assert state.vec[0] == pytest.approx(0.0, abs=1e-12)
     assert result.updates[1] > result.updates[0]  # the first one was
+
+
+def test_what_is_watched_must_converge_too(space):
+    """An update that is small in the mean but not in what counts is not the last."""
+    result, _, state = solve(space, lambda u: u + 0.3 * u**3 - 1, 1.0, tolerance=1e-3)
+    watched, _, closer = solve(
+        space,
+        lambda u: u + 0.3 * u**3 - 1,
+        1.0,
+        tolerance=1e-3,
+        watch=lambda update: [1e6 * update[0]],
+        watch_tolerance=1e-3,
+    )
+    assert result.converged and watched.converged
+    assert result.updates[-1] > 1e-9 > watched.updates[-1]
+    assert watched.iterations > result.iterations
+    assert abs(closer.vec[0] + 0.3 * closer.vec[0] ** 3 - 1) < 1e-9
+    assert abs(state.vec[0] + 0.3 * state.vec[0] ** 3 - 1) > 1e-9
 
 
 def test_without_a_solution_it_gives_up(space):

@@ -7,6 +7,7 @@ import xarray as xr
 
 from viscotrain import progress, provenance
 from viscotrain.config import load_study, simulated_deborahs
+from viscotrain.table import INACCURATE
 
 INF = float("inf")
 TINY = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")
@@ -54,6 +55,20 @@ def test_the_warning_comes_with_the_hole_that_is_too_much(folder):
     # the mirror image at De = 0 too
     assert "has 5 holes by now; allowed: 2 (table.max_holes)" in triplet
     assert "warning" not in line(folder, "sp1.1_sf1.1", result(1.1, 1.1))
+
+
+def test_points_that_are_not_accurate_are_solved_and_named(folder):
+    rough = result(1.1, 1.5).assign(
+        velocity_error=("deborah", [1e-7, 2e-6]),
+        relative_velocity_error=(("deborah", "pair"), [[1e-7, 1e-7], [4e-5, 3e-5]]),
+    )
+    rough["status"][1] = INACCURATE
+    rough["reason"][1] = "estimated error is too large"
+    assert line(folder, "sp1.1_sf1.5", rough) == (
+        "sp1.1_sf1.5: solved 2 of 2 De, up to 1; not accurate: 1, "
+        "largest estimated error 4.0e-05 Ubar at De 1"
+    )
+    assert progress.holes(STUDY, progress.outcomes(STUDY, folder)) == 0
 
 
 def test_without_the_single_sphere_every_pair_is_a_hole(folder):

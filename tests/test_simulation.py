@@ -10,7 +10,7 @@ import yaml
 
 from viscotrain import datasets, simulation
 from viscotrain.config import load_study, parse_study
-from viscotrain.table import NOT_ATTEMPTED, NOT_CONVERGED, SOLVED
+from viscotrain.table import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED, has_solution
 
 ROOT = Path(__file__).parents[1]
 TINY = load_study(ROOT / "config" / "tiny.yaml")
@@ -32,7 +32,7 @@ def solved(tmp_path_factory):
 
 def test_dataset_is_complete_finite_and_described(solved):
     result, *_ = solved
-    assert (result["status"] == SOLVED).all()
+    assert has_solution(result["status"]).all()
     assert result["velocity"].dims == ("deborah", "particle")
     for name in ("velocity", "pressure_gradient", "centreline_velocity", "residual"):
         assert np.isfinite(result[name]).all(), name
@@ -79,13 +79,56 @@ def test_missing_spheres_have_no_velocity_of_their_own():
     assert np.isfinite(result["velocity"].sel(particle=["middle", "leading"])).all()
 
 
+def test_errors_are_stored_by_the_pairs_that_are_there():
+    third = TINY.dns.model_copy(update={"velocity_order": 3, "accuracy": 1.0})
+    study = TINY.model_copy(update={"dns": third})
+    result, _ = simulation.simulate(study, math.inf, 1.5, quiet)
+    error = result["relative_velocity_error"]
+    assert np.isnan(error.sel(pair="middle-trailing")).all()
+    assert (error.sel(pair="leading-middle") > 0).all()
+    assert (result["velocity_error"] > 0).all()
+    assert (result["status"] == SOLVED).all()
+    assert set(result["reason"].values) == {""}
+
+
+def test_a_point_that_is_not_accurate_is_solved_and_marked():
+    rough = TINY.dns.model_copy(
+        update={
+            "velocity_order": 3,
+            "accuracy": 1e-12,
+            "relative_accuracy": 0.0,
+            "max_elements": 1,
+        }
+    )
+    lines = []
+    study = TINY.model_copy(update={"dns": rough})
+    result, _ = simulation.simulate(study, math.inf, 1.5, lines.append)
+    assert (result["status"] == INACCURATE).all()
+    assert np.isfinite(result["velocity"].sel(particle="middle")).all()
+    assert all("NOT ACCURATE" in line for line in lines)
+    assert "estimated error" in str(result["reason"][1].item())
+
+
+def test_no_unique_flow_is_named():
+    """A mobility above 1/2 with hardly any solvent: shear stress decreases with the rate."""
+    modes = (TINY.fluid.modes[0].model_copy(update={"mobility": 0.95}),)
+    fluid = TINY.fluid.model_copy(update={"modes": modes, "solvent_viscosity": 1e-4})
+    failing = TINY.dns.model_copy(update={"max_iterations": 1})
+    study = TINY.model_copy(update={"fluid": fluid, "dns": failing}).at([5.0])
+    assert math.isnan(simulation.undisturbed(study, 5.0).centreline_velocity)
+    result, _ = simulation.simulate(study, math.inf, math.inf, quiet)
+    assert "no unique steady flow: shear stress" in str(result["reason"][0].item())
+
+
 def test_failure_is_a_result():
     """One iteration cannot converge: NaN, a status and a reason, and no exception."""
     dns = TINY.dns.model_copy(update={"max_iterations": 1})
     result, timing = simulation.simulate(TINY.model_copy(update={"dns": dns}), 1.5, 1.5, quiet)
     assert result["status"].values.tolist() == [NOT_CONVERGED, NOT_ATTEMPTED]
     assert np.isnan(result["velocity"]).all()
-    assert "no convergence" in str(result["reason"][0].item())
+    reason = str(result["reason"][0].item())
+    assert reason.startswith("not resolved at De = 0, on ")
+    assert "no convergence" in reason and "dns.max_iterations" in reason
     assert "smaller De" in str(result["reason"][1].item())
     assert len(timing) == 1
 

@@ -14,6 +14,7 @@ from viscotrain import datasets
 from viscotrain.errors import TableError
 from viscotrain.interpolation import VelocityTable
 from viscotrain.table import (
+    INACCURATE,
     ITSELF,
     MIRROR,
     SAME_PAIR,
@@ -21,6 +22,8 @@ from viscotrain.table import (
     check_errors,
     combine,
     holes,
+    inaccurate_points,
+    largest_error,
     pair_velocity,
     summary,
 )
@@ -73,8 +76,8 @@ def test_variables_are_described():
         assert variable.attrs["long_name"], name
         if np.issubdtype(variable.dtype, np.floating):
             assert variable.attrs["units"] == "1", name
-    assert len(table["status"].attrs["flag_values"]) == 3
-    assert len(table["status"].attrs["flag_meanings"].split()) == 3
+    assert len(table["status"].attrs["flag_values"]) == 4
+    assert len(table["status"].attrs["flag_meanings"].split()) == 4
 
 
 def test_holes_stay_visible():
@@ -91,6 +94,56 @@ def test_holes_stay_visible():
     assert "3 of 24 points have no solution; allowed: 2 (table.max_holes)" in message
     assert "De 1, sp 1.1, sf 1.2: no convergence in 15 iterations" in message
     assert "De 0, sp 2, sf 3: not attempted" in message
+
+
+def with_errors(result, trailing=1e-6, leading=2e-6, status=None):
+    """A result with estimated errors, at its De = 1 with another status if given."""
+    errors = np.where(np.isinf([result["sp"], result["sf"]]), np.nan, [trailing, leading])
+    result = result.assign(
+        velocity_error=("deborah", [3e-6, 3e-6]),
+        relative_velocity_error=(("deborah", "pair"), [errors, errors]),
+    ).assign_coords(pair=["middle-trailing", "leading-middle"])
+    if status is not None:
+        result["status"][1] = status
+    return result
+
+
+def test_points_that_are_not_accurate_are_used_and_counted():
+    parts = [with_errors(result) for result in results()]
+    parts[0] = with_errors(results()[0], trailing=7e-5, status=INACCURATE)
+    table = combined(parts)
+    assert not list(holes(table))
+    assert inaccurate_points(table) == 1
+    assert largest_error(table) == "7.0e-05 mean velocities at De 0, (sp 1.1, sf 1.2)"
+    np.testing.assert_array_equal(table["velocity"], combined(results())["velocity"])
+    between = [dns_result(1.5, 2.0)]
+    between[0]["status"][1] = INACCURATE
+    assert np.isfinite(check_errors(table, between)["check_error"]).all()
+    text = summary(table)
+    assert "points not accurate: 1" in text
+    assert "De 1: 7.0e-05 mean velocities, at (sp 1.1, sf 1.2); 1 not accurate" in text
+    single = table.sel(deborah=[0.0], sp=[INF], sf=[INF])
+    assert largest_error(single).startswith("3.0e-06 mean velocities at De 0")
+
+
+def test_results_without_estimates_have_none_in_the_table():
+    table = combined(results())
+    assert np.isnan(table["relative_velocity_error"]).all()
+    assert largest_error(table) == "not estimated"
+    assert largest_error(table.drop_vars("relative_velocity_error")) == "not estimated"
+
+
+def test_estimated_errors_of_twins_have_the_pairs_of_the_twin():
+    axis = [1.5, 2.5, INF]
+    known = [(1.5, 1.5), (1.5, 2.5), (2.5, 2.5), (1.5, INF), (2.5, INF), (INF, INF)]
+    parts = [with_errors(dns_result(*geometry)) for geometry in known]
+    table = combine(parts, sp=axis, sf=axis, deborah=DEBORAH, max_holes=1)
+    error = table["relative_velocity_error"]
+    assert error.sel(deborah=0, sp=1.5, sf=2.5).values.tolist() == [1e-6, 2e-6]
+    assert error.sel(deborah=0, sp=2.5, sf=1.5).values.tolist() == [2e-6, 1e-6]
+    np.testing.assert_array_equal(error.sel(deborah=1, sp=1.5, sf=INF), [1e-6, np.nan])
+    np.testing.assert_array_equal(error.sel(deborah=1, sp=INF, sf=1.5), [np.nan, 1e-6])
+    assert float(table["velocity_error"].sel(deborah=1, sp=INF, sf=1.5)) == 3e-6
 
 
 def test_without_the_single_sphere_pairs_are_incomplete():

@@ -1,5 +1,6 @@
 """Studies of convergence on made-up numbers, what they vary, and what they report."""
 
+import itertools
 import math
 from pathlib import Path
 
@@ -69,15 +70,36 @@ def test_each_kind_varies_one_thing():
         assert [default for _, default, _ in found].count(True) == 1
         for _, default, study in found:
             assert (study == DEMO) == default
-            moderate = study.dns.model_dump(exclude={"high_deborah"})
-            own = DEMO.dns.model_dump(exclude={"high_deborah"})
-            changed = {name for name in own if moderate[name] != own[name]}
+            given, own = study.dns.model_dump(), DEMO.dns.model_dump()
+            changed = {name for name in own if given[name] != own[name]}
             allowed = {
-                "mesh": {"sphere_elements", "axis_size", "wall_size"},
+                "mesh": {
+                    "sphere_elements",
+                    "axis_size",
+                    "wall_size",
+                    "accuracy",
+                    "relative_accuracy",
+                    "max_elements",
+                },
                 "order": {"velocity_order"},
                 "box": {"margin"},
             }[kind]
             assert changed == (set() if default else allowed)
+
+
+def test_finer_meshes_are_finer_at_the_start_and_at_the_end():
+    found = [study.dns for *_, study in settings(DEMO, "mesh")]
+    accuracies = np.array([dns.accuracy for dns in found]) / DEMO.dns.accuracy
+    assert accuracies == pytest.approx([4, 1, 0.25], rel=0.03)
+    for coarse, fine in itertools.pairwise(found):
+        assert fine.relative_accuracy < coarse.relative_accuracy
+        assert fine.wall_size < coarse.wall_size
+        assert fine.sphere_elements > coarse.sphere_elements
+        assert fine.max_elements > 2 * coarse.max_elements
+
+
+def test_boxes_are_longer_than_the_default_one():
+    assert [margin for margin, *_ in settings(DEMO, "box")] == [2.0, 4.0, 6.0]
 
 
 def test_no_order_is_below_the_lowest():

@@ -472,7 +472,7 @@ def test_a_point_that_does_not_converge_is_a_result_and_a_hole(project):
     assert done.returncode == 1
     assert "Traceback" not in done.stderr
     assert "8 of 8 points have no solution; allowed: 0 (table.max_holes)" in done.stderr
-    assert "De 1, sp inf, sf inf: no convergence" in done.stderr
+    assert "De 1, sp inf, sf inf: not resolved at De = 1, on " in done.stderr
     assert not (project.folder / "table.nc").exists()
 
 

@@ -41,6 +41,7 @@ NEWTONIAN_ORDER = 6  # of the velocity, at least
 LOWEST_ORDER = 2  # of the velocity
 GUESS_TOLERANCE = 1e-2  # of solutions between the De asked for and in lower orders
 SCOUT_TOLERANCE = 1e-5  # of the solutions that errors are estimated from
+VELOCITY_TOLERANCE = 1e-7  # Ubar, in the last update of velocities between spheres; not of scouts
 HISTORY = 3  # solutions that a guess is extrapolated from
 DEBORAH_OF_ELASTICITY = 0.5  # De_0: the coordinate of the continuation is linear in De below it
 SMALLEST_STEP = 0.05  # in that coordinate; a continuation that needs smaller ones has failed
@@ -365,7 +366,11 @@ class _Continuation:
             form, free = self.flow.newtonian, self.flow.free_newtonian
         self._newton = newton.ModifiedNewton(form, free)
         return self._newton.solve(
-            self.flow.state, tolerance=tolerance, max_iterations=self.options.max_iterations
+            self.flow.state,
+            tolerance=tolerance,
+            max_iterations=self.options.max_iterations,
+            watch=self.flow.speeds,
+            watch_tolerance=math.inf if tolerance >= SCOUT_TOLERANCE else VELOCITY_TOLERANCE,
         )
 
     def _walk(self, De: float) -> tuple[newton.Convergence, int]:

@@ -3,8 +3,9 @@ r"""Figures of a study: each a function from a dataset to a matplotlib figure an
 Conventions. A relative velocity is that of the sphere ahead minus that of the one behind: positive
 is repulsion (the gap opens, red), negative attraction (the gap closes, blue). Distances are drawn
 on 1 - 1/s, the coordinate of the interpolant from contact (0) to infinity (1), with ticks labelled
-by s. Holes of the table are crosses and are never painted over. Colours are safe for the
-colour-blind: viridis, RdBu_r where signs count, those of Okabe and Ito for lines.
+by s. Holes of the table are crosses and are never painted over; nodes that are not accurate, by the
+estimate of their error, are open. Colours are safe for the colour-blind: viridis, RdBu_r where
+signs count, those of Okabe and Ito for lines.
 
 Figures are made without pyplot, so that importing this module changes no backend and no setting.
 """
@@ -34,7 +35,7 @@ from numpy.typing import ArrayLike, NDArray
 from viscotrain import datasets
 from viscotrain.errors import ViscotrainError
 from viscotrain.interpolation import LEADING, MIDDLE, PARTICLES, TripletVelocities, VelocityTable
-from viscotrain.table import NEGLIGIBLE, PAIRS, holes
+from viscotrain.table import ERRORS, INACCURATE, NEGLIGIBLE, PAIRS, holes
 from viscotrain.trains import TOUCHING, moving_frame
 
 STYLE = {
@@ -64,7 +65,7 @@ SIGNED = "RdBu_r"
 REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
 REPULSION_COLOUR, ATTRACTION_COLOUR = "#B2182B", "#2166AC"  # towards the ends of RdBu_r
 MARKERS = "osD^vP*X"
-PAIR_KINDS = ("interpolated", "simulated", "hole")
+NODE_KINDS = ("simulated", "inaccurate", "hole")  # of a pair
 DISTANCE_TICKS = (1, 1.2, 1.5, 2, 3, 5, 10, math.inf)
 GRID = 241  # points per axis of a drawn interpolant
 LEVELS = 20  # of filled contours, about
@@ -209,7 +210,8 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
     data = _relative_velocity_data(s, surface, sp, sf, nodes, layer["deborah"])
 
     drawn = nodes if missing else surface
-    error = _interpolation_error(layer)
+    error = _error(layer)
+    rough = _inaccurate_nodes(layer, missing)
     limit = float(np.nanmax(np.abs(drawn), initial=NEGLIGIBLE))
     power = _power(limit)
     norm = Normalize(-limit / 10**power, limit / 10**power)
@@ -231,6 +233,7 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
             _draw_nodes(axes, sp, sf)
         _draw_lubrication(axes, velocities.smallest_distance)
         _draw_holes(axes, missing)
+        _draw_inaccurate(axes, rough)
         axes.set_title(
             rf"gap of middle and {who} sphere, $U_{n + 2} - U_{n + 1}$", loc="left", pad=7
         )
@@ -241,7 +244,7 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
     panels[0].set_ylabel("distance to the leading sphere, $s_f$ [$d$]")
     _signed_colour_bar(figure, panels, shown, f"relative velocity {_velocity_unit(power)}")
     crosses = not missing and bool(drawn.min() < 0 < drawn.max())
-    _legend_below(figure, bool(missing), crosses, None if missing else error)
+    _legend_below(figure, bool(missing), crosses, None if missing else error, bool(rough))
     return Drawing(figure, data)
 
 
@@ -303,11 +306,25 @@ def _draw_uncertainty(axes: Axes, x: NDArray, values: NDArray, error: float, clo
         axes.contourf(x, x, values.T, [-error, error], colors=[PALE_GREY])
 
 
-def _interpolation_error(layer: xr.Dataset) -> float:
-    """Largest one found between the nodes at one De, in Ubar; NaN if it was not measured."""
+def _error(layer: xr.Dataset) -> float:
+    """Largest error of relative velocities at one De, in Ubar; NaN if it was not measured.
+
+    That of the interpolation, found between the nodes, plus that of the simulations, as far as it
+    is estimated.
+    """
     if "check_error" not in layer or not np.isfinite(layer["check_error"]).any():
         return math.nan
-    return float(np.abs(layer["check_error"]).max())
+    discretisation = float(layer[ERRORS[1]].max()) if ERRORS[1] in layer else 0.0
+    return float(np.abs(layer["check_error"]).max()) + np.nan_to_num(discretisation)
+
+
+def _inaccurate_nodes(layer: xr.Dataset, missing: Iterable) -> list[tuple[float, float]]:
+    """(sp, sf) of the solved nodes at one De whose estimated error is not within the allowed."""
+    status = layer["status"].transpose("sp", "sf").values
+    places = [
+        (float(layer["sp"][i]), float(layer["sf"][j])) for i, j in np.argwhere(status == INACCURATE)
+    ]
+    return [place for place in places if place not in missing]
 
 
 def _draw_nodes(axes: Axes, sp: NDArray, sf: NDArray):
@@ -347,7 +364,15 @@ def _draw_holes(axes: Axes, missing: Iterable[tuple[float, float]]):
         axes.plot(*where, "x", color=VERMILLION, ms=7, mew=1.8, clip_on=False, zorder=6)
 
 
-def _legend_below(figure: Figure, missing: bool, crosses: bool, error: float | None):
+def _draw_inaccurate(axes: Axes, nodes: Iterable[tuple[float, float]]):
+    for p, f in nodes:
+        where = distance_coordinate(p), distance_coordinate(f)
+        axes.plot(*where, "D", mfc="none", mec="black", ms=7, mew=0.8, clip_on=False, zorder=6)
+
+
+def _legend_below(
+    figure: Figure, missing: bool, crosses: bool, error: float | None, inaccurate: bool
+):
     entries = [(_lubrication_patch(), "closer than the table: lubrication")]
     if missing:
         node = Line2D([], [], ls="", marker="o", mfc="white", mec="black", ms=6, mew=0.5)
@@ -356,10 +381,13 @@ def _legend_below(figure: Figure, missing: bool, crosses: bool, error: float | N
     else:
         node = Line2D([], [], ls="", marker=".", color="black", ms=4)
         entries.append((node, "simulated"))
+    if inaccurate:
+        node = Line2D([], [], ls="", marker="D", mfc="none", mec="black", ms=6, mew=0.8)
+        entries.append((node, "not accurate"))
     if crosses:
         entries.append((Line2D([], [], color="black", lw=1.0), "no relative motion"))
     if error is not None and error > 0:
-        words = f"below the interpolation error, {_scientific(error)} $\\bar{{U}}$"
+        words = f"below the error, {_scientific(error)} $\\bar{{U}}$"
         entries.append((Patch(facecolor=PALE_GREY), words))
     handles, labels = zip(*entries, strict=True)
     figure.legend(
@@ -426,23 +454,23 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
             x=lambda rows: distance_coordinate(rows["distance_d"]),
             y=lambda rows: rows["relative_velocity_Ubar"] / 10**power,
         )
-        curve, nodes, lost = (own[own["kind"] == kind] for kind in PAIR_KINDS)
+        curve = own[own["kind"] == "interpolated"]
         marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "color": colour}
         axes.plot(curve["x"], curve["y"], color=colour)
         tabulated = curve[curve["distance_d"] >= velocities.smallest_distance]
-        error = _interpolation_error(table.isel(deborah=n)) / 10**power
+        error = _error(table.isel(deborah=n)) / 10**power
         if 0 < error < tabulated["y"].abs().max():  # else a pair alone does not move, by symmetry
             edges = tabulated["y"] - error, tabulated["y"] + error
             axes.fill_between(tabulated["x"], *edges, color=colour, alpha=0.2, lw=0)
-        axes.plot(nodes["x"], nodes["y"], ls="", clip_on=False, zorder=3, **marker)
-        cross = {"marker": "x", "ls": "", "color": colour, "ms": 7, "mew": 1.8}
-        axes.plot(lost["x"], 0 * lost["x"], clip_on=False, zorder=4, **cross)
+        _draw_pair_nodes(axes, own, marker)
         label = (
             f"De = {De:g}"
             if len(curve)
             else f"De = {De:g} (no curve, \N{MULTIPLICATION SIGN} hole)"
         )
         axes.plot([], [], label=label, ls="-" if len(curve) else "", **marker)
+    if (data["kind"] == "inaccurate").any():
+        axes.plot([], [], ls="", marker="o", ms=4, mfc="white", color="black", label="not accurate")
     low, high = _room_for_both_signs(y.min() / 10**power, y.max() / 10**power)
     axes.axhspan(0, high, color=REPULSION_COLOUR, alpha=0.06, lw=0)
     axes.axhspan(low, 0, color=ATTRACTION_COLOUR, alpha=0.06, lw=0)
@@ -458,7 +486,8 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     axes.set_xlabel(
         "distance of the pair, centre to centre, $s$ [$d$]\n"
         "(hatched: closer than the table, lubrication;\n"
-        "bands: largest interpolation error found)"
+        "bands: largest error of interpolation\n"
+        "plus that of the simulations)"
     )
     axes.set_ylabel(f"velocity of the leading minus\nthe trailing sphere {_velocity_unit(power)}")
     _distance_axis(axes.xaxis)
@@ -472,6 +501,16 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     return Drawing(figure, data)
 
 
+def _draw_pair_nodes(axes: Axes, own: pd.DataFrame, marker: dict):
+    """Nodes at one De: filled, open if not accurate, crosses if there is no solution."""
+    nodes, rough, lost = (own[own["kind"] == kind] for kind in NODE_KINDS)
+    style = {"ls": "", "clip_on": False}
+    axes.plot(nodes["x"], nodes["y"], zorder=3, **style, **marker)
+    axes.plot(rough["x"], rough["y"], zorder=3, mfc="white", **style, **marker)
+    cross = {"marker": "x", "color": marker["color"], "ms": 7, "mew": 1.8}
+    axes.plot(lost["x"], 0 * lost["x"], zorder=4, **style, **cross)
+
+
 def _pair_data(velocities: VelocityTable, deborah: float) -> pd.DataFrame:
     """U3 - U2 without a trailing sphere: nodes, holes, and the interpolant if there is one."""
     table = velocities.dataset
@@ -479,9 +518,13 @@ def _pair_data(velocities: VelocityTable, deborah: float) -> pd.DataFrame:
     U = table["velocity"].isel(deborah=velocities.index(deborah)).sel(sp=np.inf)
     nodes = (U.sel(particle="leading") - U.sel(particle="middle")).values
     lost = [(np.inf, sf) in missing for sf in table["sf"].values]
-    parts = [("simulated", table["sf"].values[~np.array(lost)], nodes[~np.array(lost)])]
+    sf, lost = table["sf"].values, np.array(lost)
+    status = table["status"].isel(deborah=velocities.index(deborah)).sel(sp=np.inf).values
+    rough = ~lost & (status == INACCURATE)
+    known = ~lost & ~rough
+    parts = [("simulated", sf[known], nodes[known]), ("inaccurate", sf[rough], nodes[rough])]
     if any(lost):
-        parts.append(("hole", table["sf"].values[lost], np.nan))
+        parts.append(("hole", sf[lost], np.nan))
     if not missing:
         s = _all_distances()
         parts.append(("interpolated", s, _of_a_pair(velocities.at(deborah), s)))

@@ -208,6 +208,15 @@ class Flow:
             for behind, ahead in zip(self.geometry.spheres, self.geometry.spheres[1:], strict=False)
         ]
 
+    def speeds(self, vector: ngsolve.BaseVector) -> list[float]:
+        """u_z of the other spheres and of the wall, relative to the reference sphere, in Ubar.
+
+        Args:
+            vector: Unknowns, or a change of them.
+        """
+        others = (*self.geometry.moving_spheres, "wall")
+        return [vector[self.unknown_of(name)] for name in others if name != self.fixed]
+
     def wall_speed(self) -> float:
         """u_z of the wall in the frame of the reference sphere."""
         return self._speed("wall")

@@ -5,6 +5,7 @@ axis (1 - 1/s), the nodes of the table, and the tracks of the first repeat of ea
 """
 
 import html
+import itertools
 import json
 import string
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ from plotly.offline import get_plotlyjs
 from viscotrain.figures import DISTANCE_TICKS, distance_coordinate
 from viscotrain.fluid import MILLIMETRES
 from viscotrain.interpolation import PARTICLES, TripletVelocities, VelocityTable
-from viscotrain.table import NEGLIGIBLE, holes, pair_velocity
+from viscotrain.table import INACCURATE, NEGLIGIBLE, holes, pair_velocity
 
 GRID = 81  # points of the interpolant per axis
 DIGITS = 4  # significant ones of a velocity
@@ -79,17 +80,19 @@ def _layers(table: xr.Dataset, grid: np.ndarray):
         item["limit"] = float(np.nanmax(np.abs(nodes), initial=NEGLIGIBLE))
         if not lost:
             item |= _interpolated(velocities.at(De), s)
-        for kind in ("solved", "holes"):
-            item[kind] = [
-                [
-                    float(distance_coordinate(sp)),
-                    float(distance_coordinate(sf)),
-                    *(_words(sp, sf, value) for value in nodes[i, j]),
-                ]
-                for i, sp in enumerate(table["sp"].values)
-                for j, sf in enumerate(table["sf"].values)
-                if ((sp, sf) in lost) == (kind == "holes")
+        item |= {"solved": [], "inaccurate": [], "holes": []}
+        for (i, sp), (j, sf) in itertools.product(
+            *map(enumerate, (table["sp"].values, table["sf"].values))
+        ):
+            rough = layer["status"].values[i, j] == INACCURATE
+            kind = "holes" if (sp, sf) in lost else "inaccurate" if rough else "solved"
+            words = [
+                _words(sp, sf, value) + (", not accurate" if kind == "inaccurate" else "")
+                for value in nodes[i, j]
             ]
+            item[kind].append(
+                [float(distance_coordinate(sp)), float(distance_coordinate(sf)), *words]
+            )
         yield item
 
 

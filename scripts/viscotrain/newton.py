@@ -12,7 +12,7 @@ updates, and from one solve to the next of the same `ModifiedNewton`.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import ngsolve
@@ -40,7 +40,7 @@ class Convergence:
 
     @property
     def converged(self) -> bool:
-        """Whether the last update was below the tolerance."""
+        """Whether the last update was below the tolerances."""
         return not self.reason
 
     @property
@@ -74,6 +74,8 @@ class ModifiedNewton:
         tolerance: float,
         max_iterations: int,
         prepare: Callable[[], None] = lambda: None,
+        watch: Callable[[ngsolve.BaseVector], Sequence[float]] = lambda _: (),
+        watch_tolerance: float = math.inf,
     ) -> Convergence:
         """Solve in place, first with the matrix of the last solve if there was one.
 
@@ -82,6 +84,8 @@ class ModifiedNewton:
             tolerance: Rms update at which the iteration has converged.
             max_iterations: Residuals before it is given up.
             prepare: Called before each residual, to change what the form takes from the state.
+            watch: Numbers of the last update, linear in it, that must be small, too.
+            watch_tolerance: How small they must be.
         """
         result = Convergence()
         residual, update, last = (state.vec.CreateVector() for _ in range(3))
@@ -107,7 +111,7 @@ class ModifiedNewton:
             size = update.Norm() / root_of_size
             result.residuals.append(residual.Norm() / root_of_size)
             result.updates.append(size)
-            if size < tolerance:
+            if size < tolerance and all(abs(x) < watch_tolerance for x in watch(update)):
                 state.vec.data -= update
                 return result
             if step == 0:

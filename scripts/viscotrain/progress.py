@@ -6,12 +6,13 @@ A file counts if it was made with the present settings and physics code.
 import math
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 import yaml
 
 from viscotrain.config import Study, geometry_name, parse_study, point_name, simulated
 from viscotrain.provenance import PHYSICS, digest
-from viscotrain.table import SOLVED
+from viscotrain.table import INACCURATE, SOLVED, has_solution, point_error
 from viscotrain.triplets import simulated_as
 
 Point = tuple[float, float, float]  # sp, sf, De
@@ -74,7 +75,7 @@ def holes(study: Study, found: dict[Point, int]) -> int:
 
     def failed(sp: float, sf: float, De: float) -> bool:
         simulation = *simulated_as(sp, sf, De, study.geometries), De
-        return found.get(simulation, SOLVED) != SOLVED
+        return not has_solution(found.get(simulation, SOLVED))
 
     return sum(
         failed(*geometry, De) or (math.inf in geometry and failed(math.inf, math.inf, De))
@@ -93,13 +94,15 @@ def line(study: Study, name: str, result: xr.Dataset, folder: Path) -> str:
         folder: Of the study's results.
     """
     status, deborahs = result["status"].values.ravel(), result["deborah"].values.ravel()
-    solved = deborahs[status == SOLVED]
+    solved = deborahs[has_solution(status)]
     text = f"{name}: solved {solved.size} of {deborahs.size} De"
     if solved.size:
         text += f", up to {solved.max():g}"
+    text += _inaccurate(result, deborahs[status == INACCURATE])
     if solved.size == deborahs.size:
         return text
-    reason = next(filter(None, map(str, result["reason"].values.flat)), "")
+    reasons = result["reason"].values.ravel()[~has_solution(status)]
+    reason = next(filter(None, map(str, reasons)), "")
     text += f"; {reason}" if reason else ""
     missing, allowed = holes(study, outcomes(study, folder)), study.table.max_holes
     if missing > allowed:
@@ -108,3 +111,17 @@ def line(study: Study, name: str, result: xr.Dataset, folder: Path) -> str:
             "(table.max_holes). The table step will refuse them"
         )
     return text
+
+
+def _inaccurate(result: xr.Dataset, deborahs: np.ndarray) -> str:
+    """How many points are not accurate, and the largest estimated error among them."""
+    if not deborahs.size:
+        return ""
+    text = f"; not accurate: {deborahs.size}"
+    error = point_error(result.sel(deborah=deborahs))
+    if not np.isfinite(error).any():
+        return text + ", errors not estimated"
+    worst = int(np.nanargmax(error))
+    return (
+        text + f", largest estimated error {float(error[worst]):.1e} Ubar at De {deborahs[worst]:g}"
+    )

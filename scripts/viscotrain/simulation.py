@@ -1,9 +1,10 @@
 """The dns stage for one geometry: from a study to what is solved, logged and stored.
 
 A point that does not converge is a result: NaN with a status and the reason, and the points above
-it in De, which continuation cannot reach, are marked as not attempted. The conformation exp(psi) is
-positive definite whatever psi is, so losing definiteness is no way to fail; a number that is not
-finite is, and `newton` checks for it.
+it in De, which continuation cannot reach, are marked as not attempted. A point that is, by the
+estimate of its error, not accurate keeps its velocities and has a status of its own. The
+conformation exp(psi) is positive definite whatever psi is, so losing definiteness is no way to
+fail; a number that is not finite is, and `newton` checks for it.
 """
 
 import math
@@ -29,7 +30,14 @@ from viscotrain.geometry import Geometry
 from viscotrain.interpolation import PARTICLES
 from viscotrain.meshes import MeshOptions, Sizes, make_mesh
 from viscotrain.pipe import PipeFlow, pipe_flow
-from viscotrain.table import ATTRIBUTES, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED
+from viscotrain.table import (
+    ATTRIBUTES,
+    INACCURATE,
+    NOT_ATTEMPTED,
+    NOT_CONVERGED,
+    PAIRS,
+    SOLVED,
+)
 
 Report = Callable[[str], None]
 OWN_ATTRIBUTES = {
@@ -48,7 +56,7 @@ OWN_ATTRIBUTES = {
     "unknowns": {"long_name": "unknowns of the discrete problem", "units": "1"},
     "length": {"long_name": "periodic length over channel diameter", "units": "1"},
     "confinement": {"long_name": "sphere over channel diameter", "units": "1"},
-    "reason": {"long_name": "why there is no solution"},
+    "reason": {"long_name": "why there is no solution, or none that is accurate"},
 }
 
 
@@ -126,10 +134,12 @@ def simulate(
     result.attrs = provenance.attributes(
         f"triplet {geometry_name(sp, sf)} of study {study.study}", study.resolved_yaml()
     )
-    seconds = []
+    seconds, last = [], None
     for De, solution in solutions(wanted, triplet(study, sp, sf)):
-        report(_line(De, solution))
-        _insert(result, De, solution)
+        reason = explanation(study, De, solution, last)
+        report(_line(De, solution, reason))
+        _insert(result, De, solution, reason)
+        last = De
         seconds.append({"deborah": De, "cpu_seconds": round(solution.seconds, 3)})
         if solution.solved and vtu_folder is not None:
             fields.write_vtu(solution.flow, vtu_folder / f"De{number_name(De)}")
@@ -146,9 +156,10 @@ def field(study: Study, sp: float, sf: float, deborah: float, report: Report) ->
         SolutionError: The point did not converge.
     """
     ((_, solution),) = solutions(study.at([deborah]), triplet(study, sp, sf))
-    report(_line(deborah, solution))
+    reason = explanation(study, deborah, solution)
+    report(_line(deborah, solution, reason))
     if not solution.solved:
-        raise SolutionError(f"{geometry_name(sp, sf)}: {solution.convergence.reason}")
+        raise SolutionError(f"{geometry_name(sp, sf)}: {reason}")
     sampled = fields.sample(solution.flow)
     sampled = sampled.assign(
         {"sp": sp, "sf": sf, "deborah": deborah, "confinement": study.confinement}
@@ -158,7 +169,39 @@ def field(study: Study, sp: float, sf: float, deborah: float, report: Report) ->
     return sampled.assign_attrs(provenance.attributes(title, study.resolved_yaml()))
 
 
-def _line(De: float, solution: dns.Solution) -> str:
+def explanation(study: Study, De: float, solution: dns.Solution, last: float | None = None) -> str:
+    """Why there is no solution and what might help, or why it is not accurate; else empty.
+
+    Args:
+        study: The config.
+        De: Deborah number of the solution, in the definition of the study.
+        solution: What was found there.
+        last: The Deborah number solved before; None if there is none.
+    """
+    elements = f"{solution.flow.mesh.ne} elements"
+    if solution.solved and solution.accurate:
+        return ""
+    if solution.solved and solution.error is None:
+        return f"no estimate of the error, on {elements}"
+    if solution.solved:
+        return f"estimated error {solution.estimated_error:.1e} Ubar is too large, on {elements}"
+    if math.isnan(undisturbed(study, De).centreline_velocity):
+        return "no unique steady flow: shear stress of the undisturbed flow is not monotonic"
+    why = solution.convergence.reason.replace("at De =", "at lambda_1 Ubar/D =")
+    before = "" if last is None else f" (last solved: {last:g})"
+    return f"not resolved at De = {De:g}{before}, on {elements}: {why}; {_remedy(why)}"
+
+
+def _remedy(reason: str) -> str:
+    """What might help an iteration that ended for this reason."""
+    if "no convergence" in reason:
+        return "more iterations may help (dns.max_iterations)"
+    if "factorisation" in reason:
+        return "fewer elements or more memory may help (dns.max_elements)"
+    return "a finer mesh (dns.max_elements) or a fluid with more solvent may help"
+
+
+def _line(De: float, solution: dns.Solution, reason: str) -> str:
     convergence = solution.convergence
     text = f"De {De:g}: {solution.iterations} iterations, residual {convergence.residual:.1e}"
     if solution.solved:
@@ -168,7 +211,7 @@ def _line(De: float, solution: dns.Solution) -> str:
             text += f", NOT ACCURATE with {solution.flow.mesh.ne} elements"
     else:
         updates = " ".join(f"{update:.0e}" for update in convergence.updates)
-        text += f", NOT SOLVED: {convergence.reason} (updates {updates})"
+        text += f", NOT SOLVED: {reason} (updates {updates})"
     return f"{text}, {solution.seconds:.1f} CPU s"
 
 
@@ -187,6 +230,8 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
                 [flow.pressure_gradient for flow in pipes],
             ),
             "centreline_velocity": ("deborah", [flow.centreline_velocity for flow in pipes]),
+            "velocity_error": ("deborah", blank.copy()),
+            "relative_velocity_error": (("deborah", "pair"), np.full((n, len(PAIRS)), np.nan)),
             "status": ("deborah", np.full(n, NOT_ATTEMPTED, dtype=np.int8)),
             "reason": ("deborah", np.array(["a smaller De was not solved"] * n, dtype=object)),
             "residual": ("deborah", blank.copy()),
@@ -201,6 +246,7 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
         coords={
             "deborah": De,
             "particle": list(PARTICLES),
+            "pair": list(PAIRS),
             "deborah_longest_mode": ("deborah", [s.deborah_longest_mode for s in scales]),
             "deborah_mean_relaxation_time": (
                 "deborah",
@@ -221,15 +267,26 @@ def undisturbed(study: Study, De: float) -> PipeFlow:
         return PipeFlow(math.nan, math.nan)
 
 
-def _insert(result: xr.Dataset, De: float, solution: dns.Solution):
+def _status(solution: dns.Solution) -> np.int8:
+    if not solution.solved:
+        return NOT_CONVERGED
+    return SOLVED if solution.accurate else INACCURATE
+
+
+def _insert(result: xr.Dataset, De: float, solution: dns.Solution, reason: str):
     """Write one solution into the dataset, in place."""
     at = {"deborah": De}
     flow = solution.flow
     for name, U in solution.velocities.items():
         result["velocity"].loc[at | {"particle": name}] = U
     result["pressure_gradient"].loc[at] = solution.pressure_gradient
-    result["status"].loc[at] = SOLVED if solution.solved else NOT_CONVERGED
-    result["reason"].loc[at] = solution.convergence.reason
+    if solution.solved and solution.error is not None:
+        result["velocity_error"].loc[at] = solution.error.velocity
+        names = flow.geometry.spheres
+        for behind, ahead, error in zip(names, names[1:], solution.error.relative, strict=False):
+            result["relative_velocity_error"].loc[at | {"pair": f"{ahead}-{behind}"}] = error
+    result["status"].loc[at] = _status(solution)
+    result["reason"].loc[at] = reason
     result["residual"].loc[at] = solution.convergence.residual
     result["iterations"].loc[at] = solution.iterations
     result["unknowns"].loc[at] = flow.space.ndof

@@ -35,9 +35,10 @@ from viscotrain.interpolation import (
 from viscotrain.triplets import Triplet, twin
 
 FEWEST_POINTS = 3  # that determine a plane
-SOLVED, NOT_CONVERGED, NOT_ATTEMPTED = np.int8([0, 1, 2])
+SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE = np.int8([0, 1, 2, 3])
 ITSELF, SAME_PAIR, MIRROR = np.int8([0, 1, 2])
 PAIRS = ("middle-trailing", "leading-middle")
+ERRORS = ("velocity_error", "relative_velocity_error")  # estimated by the simulation
 PRESENT = ("present_sp", "present_sf")  # of transient results: distances at that time
 DEBORAH_COORDINATES = ("deborah_longest_mode", "deborah_mean_relaxation_time")
 ATTRIBUTES = {
@@ -70,8 +71,20 @@ ATTRIBUTES = {
     },
     "status": {
         "long_name": "outcome of the simulation",
-        "flag_values": np.int8([SOLVED, NOT_CONVERGED, NOT_ATTEMPTED]),
-        "flag_meanings": "solved not_converged not_attempted",
+        "flag_values": np.int8([SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE]),
+        "flag_meanings": "solved not_converged not_attempted inaccurate",
+        "comment": "inaccurate: solved, with an estimated error above what is allowed, or none",
+    },
+    "velocity_error": {
+        "long_name": "estimated discretisation error of the velocity of the middle sphere of the "
+        "simulation, over mean velocity of the flow",
+        "units": "1",
+    },
+    "relative_velocity_error": {
+        "long_name": "estimated discretisation error of the relative velocity of two spheres, "
+        "over mean velocity of the flow",
+        "units": "1",
+        "comment": "NaN: no such pair, no solution or no estimate",
     },
     "origin": {
         "long_name": "simulation that the velocities are from",
@@ -120,7 +133,8 @@ def combine(
     Args:
         results: One dataset per geometry as the dns stage writes it, in any order: velocity
             (deborah, particle), pressure_gradient, centreline_velocity and status (deborah), and
-            the scalars sp and sf. A point that is missing is that of its twin, or a hole.
+            the scalars sp and sf; velocity_error (deborah) and relative_velocity_error (deborah,
+            pair) if errors are estimated. A point that is missing is that of its twin, or a hole.
             Transient ones, as `after_start_up` makes them, come one per geometry and De.
         sp: Distances of the grid in d, ascending, the last one infinite.
         sf: The same on the other axis.
@@ -183,9 +197,14 @@ def _turned(result: xr.Dataset, sp: float, sf: float) -> xr.Dataset:
         for name, other in zip(PRESENT, PRESENT[::-1], strict=True)
         if other in result
     }
-    return result.assign(
+    turned = result.assign(
         velocity=(("deborah", "particle"), U), sp=sp, sf=sf, origin=origin, **present
     ).assign_coords(particle=list(PARTICLES))
+    if ERRORS[1] in result:
+        error = result[ERRORS[1]].sel(pair=list(PAIRS)).transpose("deborah", "pair").values
+        turned[ERRORS[1]] = (("deborah", "pair"), error[:, ::-1])
+        turned = turned.assign_coords(pair=list(PAIRS))
+    return turned
 
 
 def _triplet(result: xr.Dataset) -> Triplet:
@@ -200,7 +219,7 @@ def after_start_up(trajectory: xr.Dataset) -> xr.Dataset:
             pressure_gradient (time), status and the initial sp and sf.
     """
     end = trajectory.isel(time=-1)
-    solved = int(end["status"]) == SOLVED
+    solved = bool(has_solution(end["status"]))
     U = end["velocity"].rename(sphere="particle").reindex(particle=list(PARTICLES))
     distances = iter(end["distance"].values)
     present = [next(distances) if np.isfinite(end[name]) else np.inf for name in ("sp", "sf")]
@@ -241,7 +260,7 @@ def _complete(table: xr.Dataset):
     single = table["velocity"].isel(sp=-1, sf=-1, particle=MIDDLE)
     U = table["velocity"]
     for particle, axis in ((TRAILING, "sp"), (LEADING, "sf")):
-        solved = table["status"].isel({axis: -1}) == SOLVED
+        solved = has_solution(table["status"].isel({axis: -1}))
         at = {axis: -1, "particle": particle}
         U[at] = U.isel(at).where(~solved, single)
 
@@ -253,6 +272,8 @@ def _empty(sp, sf, deborah, attributes) -> xr.Dataset:
         {
             "velocity": ((*grid, "particle"), np.full((*shape, len(PARTICLES)), np.nan)),
             "pressure_gradient": (grid, np.full(shape, np.nan)),
+            "velocity_error": (grid, np.full(shape, np.nan)),
+            "relative_velocity_error": ((*grid, "pair"), np.full((*shape, len(PAIRS)), np.nan)),
             "status": (grid, np.full(shape, NOT_ATTEMPTED)),
             "origin": (grid, np.full(shape, ITSELF)),
             "centreline_velocity": ("deborah", np.full(len(deborah), np.nan)),
@@ -262,6 +283,7 @@ def _empty(sp, sf, deborah, attributes) -> xr.Dataset:
             "sp": np.asarray(sp, dtype=float),
             "sf": np.asarray(sf, dtype=float),
             "particle": list(PARTICLES),
+            "pair": list(PAIRS),
         }
         | {name: ("deborah", np.full(len(deborah), np.nan)) for name in DEBORAH_COORDINATES},
         attrs=attributes,
@@ -288,6 +310,8 @@ def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
         )
     i, j = (int(index[0]) for index in there)
     result = result.sel(particle=list(PARTICLES))
+    if "pair" in result.dims:
+        result = result.sel(pair=list(PAIRS))
     for k, De in enumerate(table["deborah"].values):
         if De not in result["deborah"]:
             continue
@@ -298,6 +322,9 @@ def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
         table["origin"][k, i, j] = point.get("origin", ITSELF)
         if np.isnan(table["centreline_velocity"][k]):
             table["centreline_velocity"][k] = point["centreline_velocity"]
+        for name in ERRORS:
+            if name in point:
+                table[name][k, i, j] = point[name]
         for name in PRESENT:
             if name in point:
                 _present(table, name)[k, i, j] = point[name]
@@ -317,9 +344,14 @@ def _present(table: xr.Dataset, name: str) -> xr.DataArray:
     return table[name]
 
 
+def has_solution(status):
+    """Whether there are velocities, be they less accurate than asked for; of any shape."""
+    return (status == SOLVED) | (status == INACCURATE)
+
+
 def holes(table: xr.Dataset) -> Iterator[tuple[float, float, float]]:
     """Every (De, sp, sf) that has no solution: a status says so, or a velocity is not finite."""
-    good = np.isfinite(table["velocity"]).all("particle") & (table["status"] == SOLVED)
+    good = np.isfinite(table["velocity"]).all("particle") & has_solution(table["status"])
     for k, i, j in np.argwhere(~good.transpose("deborah", "sp", "sf").values):
         yield float(table["deborah"][k]), float(table["sp"][i]), float(table["sf"][j])
 
@@ -328,7 +360,7 @@ def _refuse_holes(table: xr.Dataset, allowed: int, reasons: Mapping[tuple, str])
     found = list(holes(table))
     if len(found) <= allowed:
         return
-    solved = table["status"] == SOLVED
+    solved = has_solution(table["status"])
     lines = []
     for De, sp, sf in found[:MOST_NAMED]:
         incomplete = bool(solved.sel(deborah=De, sp=sp, sf=sf))
@@ -368,14 +400,14 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
         for k in np.flatnonzero(np.isin(De, result["deborah"])):
             point = result.sel(deborah=De[k], particle=list(PARTICLES))
             simulated[k, n] = point["velocity"].values
-            if layers[k] is not None and int(point["status"]) == SOLVED:
+            if layers[k] is not None and has_solution(point["status"]):
                 interpolated[k, n] = layers[k](*_distances(point))
     errors = np.diff(interpolated, axis=-1) - np.diff(simulated, axis=-1)
     return _described(
         table.assign(
             check_velocity=(("deborah", "check", "particle"), simulated),
             check_error=(("deborah", "check", "pair"), errors),
-        ).assign_coords(check_sp=("check", sp), check_sf=("check", sf), pair=list(PAIRS))
+        ).assign_coords(check_sp=("check", sp), check_sf=("check", sf))
     )
 
 
@@ -399,7 +431,8 @@ def _layers(table: xr.Dataset) -> Iterator[TripletVelocities | None]:
 def summary(table: xr.Dataset) -> str:
     """What a person wants to know about a table, as text."""
     sections = [_grid_lines(table), _velocity_lines(table), _pair_lines(table)]
-    sections += [_hole_lines(table), _check_lines(table), _source_lines(table)]
+    sections += [_hole_lines(table), _error_lines(table), _check_lines(table)]
+    sections.append(_source_lines(table))
     return "\n\n".join("\n".join(lines) for lines in sections)
 
 
@@ -470,6 +503,49 @@ def _hole_lines(table) -> Iterator[str]:
     yield f"Holes: {len(found)} of {table['status'].size} points"
     for De in dict.fromkeys(De for De, _, _ in found):
         yield f"  De {De:g}: " + name_geometries((sp, sf) for d, sp, sf in found if d == De)
+
+
+def point_error(table: xr.Dataset) -> xr.DataArray:
+    """Estimated error that counts, in Ubar: of relative velocities, of U without a neighbour.
+
+    Args:
+        table: The table, or a part of it.
+
+    Returns:
+        Of the shape of its status; NaN without an estimate.
+    """
+    relative = table["relative_velocity_error"].max("pair")
+    return relative.where(np.isfinite(relative), table["velocity_error"])
+
+
+def inaccurate_points(table: xr.Dataset) -> int:
+    """Points whose estimated error is above what the study allows, or that have no estimate."""
+    return int((table["status"] == INACCURATE).sum())
+
+
+def largest_error(table: xr.Dataset) -> str:
+    """The largest estimated error of the simulations and its place, in words."""
+    if ERRORS[1] not in table or not np.isfinite(error := point_error(table)).any():
+        return "not estimated"
+    error = error.transpose("deborah", "sp", "sf")
+    k, i, j = np.unravel_index(int(np.nanargmax(error)), error.shape)
+    where = name_geometries([(float(table["sp"][i]), float(table["sf"][j]))])
+    return (
+        f"{float(error[k, i, j]):.1e} mean velocities at De {table['deborah'].values[k]:g}, {where}"
+    )
+
+
+def _error_lines(table) -> Iterator[str]:
+    count = inaccurate_points(table)
+    yield (
+        f"Estimated error of the simulations, in relative velocities, in mean velocities; "
+        f"points not accurate: {count}"
+    )
+    for k, De in enumerate(table["deborah"].values):
+        layer = table.isel(deborah=[k])
+        text = f"  De {De:g}: {largest_error(layer).replace(f' at De {De:g},', ', at')}"
+        own = inaccurate_points(layer)
+        yield text + (f"; {own} not accurate" if own else "")
 
 
 def _check_lines(table) -> Iterator[str]:

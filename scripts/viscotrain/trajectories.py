@@ -76,7 +76,7 @@ def flow_maker(study: Study, deborah: float) -> Callable[[Geometry], Flow]:
     """Meshes and unknowns as for the quasi-steady velocities at the same Deborah number."""
 
     def make(geometry: Geometry) -> Flow:
-        flow = make_flow(study, geometry, deborah)
+        flow = make_flow(study, geometry)
         return flow.variant(NEWTONIAN, flow.velocity_order) if deborah == 0 else flow
 
     return make

@@ -6,7 +6,7 @@ dropping the time derivative.
 
 Convergence. Relative velocities U_2 - U_1 and U_3 - U_2 of a few triplets with other settings:
 
-    mesh       all element sizes times a factor
+    mesh       sizes of the first mesh times a factor, its accuracy times the cube of the factor
     order      polynomial order of the velocity
     box        distance of the outer spheres to the periodic ends
     time_step  fixed steps of a start-up of one relaxation time, and the controlled steps
@@ -15,6 +15,10 @@ The error of a setting is its difference from the finest one of the study. The o
 slope of log(error) over log(size) for mesh and time step; for order and box, whose errors fall
 exponentially, the factor per order or per D. Where errors are at the noise of the mesh, about 1e-6
 Ubar, no order can be observed.
+
+Meshes are refined until the estimated error is as small as asked for. So a study of the mesh asks
+for other accuracies, and begins with other sizes where the first mesh is accurate enough already.
+The elements that a mesh may have follow the sizes.
 """
 
 import math
@@ -25,7 +29,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from viscotrain.config import Study
+from viscotrain.config import DnsConfig, Study
 from viscotrain.dns import LOWEST_ORDER
 from viscotrain.errors import SolutionError
 from viscotrain.geometry import Geometry
@@ -35,10 +39,10 @@ from viscotrain.trajectories import flow_maker, time_options
 from viscotrain.transient import Transient
 
 CHECK_TIMES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  # after the start, in lambda_1
-MESH_FACTORS = (1.4, 1.0, 0.7, 0.5)
-FINEST_BEYOND = 0.7  # of them, in a study with high Deborah numbers
+MESH_FACTORS = (1.6, 1.0, 0.63)
+ACCURACY_POWER = 3  # accuracies over sizes: factors of about 4, 1 and 1/4
 ORDER_CHANGES = (-1, 0, 1, 2)
-BOX_FACTORS = (0.5, 0.75, 1.0, 1.5)
+BOX_FACTORS = (1.0, 2.0, 3.0)
 STEPS = (10, 20, 40, 80)  # per relaxation time
 CONTROLLED = 0.0  # in place of a step size: the default, controlled steps
 KINDS = ("mesh", "order", "box", "time_step")
@@ -116,35 +120,35 @@ def remaining_differences(comparison: xr.Dataset) -> np.ndarray:
 
 def settings(study: Study, kind: str) -> Iterator[tuple[float, bool, Study]]:
     """(value, whether it is the default, study) of every setting of one kind, coarse to fine."""
-    dns, high = study.dns, study.dns.high_deborah
+    dns = study.dns
 
-    def changed(moderate: dict, beyond: dict) -> Study:
-        raised = high.model_copy(update=beyond)
-        return study.model_copy(
-            update={"dns": dns.model_copy(update=moderate | {"high_deborah": raised})}
-        )
+    def changed(**settings) -> Study:
+        return study.model_copy(update={"dns": dns.model_copy(update=settings)})
 
     if kind == "mesh":
-        finest = FINEST_BEYOND if study.deborah.values[-1] > high.above else min(MESH_FACTORS)
-        for factor in (factor for factor in MESH_FACTORS if factor >= finest):
-            yield factor, factor == 1, changed(_sized(dns, factor), _sized(high, factor))
+        for factor in MESH_FACTORS:
+            yield factor, factor == 1, changed(**_refined(dns, factor))
     elif kind == "order":
         for change in ORDER_CHANGES:
-            orders = [section.velocity_order + change for section in (dns, high)]
-            if min(orders) >= LOWEST_ORDER:
-                moderate, beyond = ({"velocity_order": order} for order in orders)
-                yield orders[0], change == 0, changed(moderate, beyond)
+            order = dns.velocity_order + change
+            if order >= LOWEST_ORDER:
+                yield order, change == 0, changed(velocity_order=order)
     elif kind == "box":
         for factor in BOX_FACTORS:
             margin = factor * dns.margin
-            yield margin, factor == 1, changed({"margin": margin}, {})
+            yield margin, factor == 1, changed(margin=margin)
 
 
-def _sized(section, factor: float) -> dict:
+def _refined(dns: DnsConfig, factor: float) -> dict:
+    """Settings with other sizes at the start and other accuracies."""
+    accuracy = factor**ACCURACY_POWER
     return {
-        "sphere_elements": round(section.sphere_elements / factor),
-        "axis_size": section.axis_size * factor,
-        "wall_size": section.wall_size * factor,
+        "sphere_elements": round(dns.sphere_elements / factor),
+        "axis_size": dns.axis_size * factor,
+        "wall_size": dns.wall_size * factor,
+        "accuracy": dns.accuracy * accuracy,
+        "relative_accuracy": dns.relative_accuracy * accuracy,
+        "max_elements": round(dns.max_elements / factor**2),
     }
 
 
@@ -160,6 +164,10 @@ def convergence_rows(study: Study, kind: str, sp: float, sf: float, report: Repo
                 flow = solution.flow
                 row = {"deborah": De, "value": value, "default": default}
                 row |= {"elements": flow.mesh.ne, "unknowns": flow.space.ndof}
+                row |= {
+                    "estimated_error": solution.estimated_error,
+                    "accurate": solution.accurate,
+                }
                 rows.append(point | row | _relative(solution.velocities))
                 report(str(rows[-1]))
     return pd.DataFrame(rows)

@@ -24,7 +24,7 @@ COLUMNS = 3
 PAIR_COLOURS = (BLUE, VERMILLION)
 PERMILLE = 1e3
 LABELS = {
-    "mesh": ("size of the elements over the default one", "order"),
+    "mesh": ("sizes at the start over the default ones (accuracy: its cube)", "order"),
     "order": ("polynomial order of the velocity", "factor per order"),
     "box": ("distance to the periodic ends [$D$]", "factor per $D$"),
     "time_step": (r"time step [$\lambda_1$]", "order"),
@@ -300,7 +300,7 @@ def accuracy(
 
 
 WHAT = {
-    "mesh": ("elements", "elements {finest:g} times the size"),
+    "mesh": ("meshes", "sizes at the start times {finest:g}, accuracy times its cube"),
     "order": ("polynomial order", "order {finest:g}"),
     "box": ("periodic length", "margin of {finest:g} D"),
     "time_step": ("controlled time steps", "the limit of small steps, extrapolated"),
