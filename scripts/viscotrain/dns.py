@@ -52,6 +52,7 @@ LEAST_REDUCTION, MOST_REDUCTION = 3.0, 16.0  # of the error in one refinement
 REFINEMENTS = 4  # of one De
 LARGE = 0.8  # over the elements that a mesh may have: it is not refined any more
 RESCUES = 2  # refinements of one De that is stuck
+RESCUE_REDUCTION = 4.0  # of the error, in each of them
 
 Remesh = Callable[[Sizes], ngsolve.Mesh]
 
@@ -155,7 +156,7 @@ def _newtonian(flow: Flow, options: SolverOptions) -> tuple[Flow, _Outcome]:
             each.state, tolerance=options.tolerance, max_iterations=options.max_iterations
         )
     error = refinement.compared(solver, below)
-    accurate = error.decisive <= _allowed(solver, options)
+    accurate = convergence.converged and error.decisive <= _allowed(solver, options)
     return solver, _Outcome(convergence, convergence.iterations, error, accurate)
 
 
@@ -233,19 +234,14 @@ class _Ladder:
         return path, outcome
 
     def _advance(self, path: "_Continuation", De: float) -> tuple[newton.Convergence, int]:
-        """Go on to De, with finer meshes on the way if the path is stuck without."""
+        """Go on to De, on finer meshes if the path is stuck without."""
         convergence, iterations = path.advance(De)
         for _ in range(RESCUES):
             if convergence.converged or not self._can_refine(path):
                 break
-            here = path.deborah
-            path.refine(self._finer(path, MOST_REDUCTION))
-            convergence, more = path.advance(here)
+            path.refine(self._finer(path, RESCUE_REDUCTION))
+            convergence, more = path.advance(De)
             iterations += more
-            if convergence.converged:
-                path.estimate()
-                convergence, more = path.advance(De)
-                iterations += more
         return convergence, iterations
 
     def _can_refine(self, path: "_Continuation", refinements: int = 0) -> bool:
@@ -297,18 +293,20 @@ class _Continuation:
     def known_error(self) -> refinement.Estimate | None:
         """The last estimate on this mesh, of this order or else of the scout."""
         own = self.error or self._error_before
-        return own if own is not None or self.scout is None else self.scout.known_error
+        if own is None and self.scout is not None:
+            own = self.scout.known_error or self.scout.estimate(ahead=1)
+        return own
 
     def advance(self, De: float) -> tuple[newton.Convergence, int]:
         """Go on to De: after the scout, or else in steps; also the number of iterations."""
         if self._is_at(De):
             self.flow.state.vec.data = self._known[-1][1]
             return newton.Convergence(), 0
-        self._error_before, self.error = self.known_error, None
+        self._error_before, self.error = self.error or self._error_before, None
         if self.scout is None:
             return self._walk(De)
         convergence, iterations = self._follow(De)
-        if not convergence.converged:
+        if not convergence.converged and (self._known or not self.scout._known):
             convergence, more = self._walk(De)
             iterations += more
             if convergence.converged:
@@ -317,9 +315,12 @@ class _Continuation:
 
     def estimate(self, ahead: int = 0) -> refinement.Estimate | None:
         """Errors of the solution at De, or in an order `ahead`; None without one of the scout."""
-        coordinate, solution = self._known[-1]
         scout = self.scout
-        if scout is None or not scout._is_at(_deborah(coordinate)):
+        if not self._known or scout is None or not self.flow.geometry.spheres:
+            return None
+        coordinate, solution = self._known[-1]
+        lower = scout.flow.velocity_order < self.flow.velocity_order
+        if not lower or not scout._is_at(_deborah(coordinate)):
             return None
         below = scout.flow.embed(scout._known[-1][1], self.flow)
         self.flow.state.vec.data = solution
@@ -335,7 +336,7 @@ class _Continuation:
         """Go on with another mesh; solutions are interpolated and will be solved again."""
         flow = self.flow.on(mesh)
         self._known = [(at, self.flow.embed(known, flow)) for at, known in self._known]
-        self.flow, self._interpolated = flow, True
+        self.flow, self._interpolated = flow, bool(self._known)
         self._difference = self._newton = self.error = self._error_before = None
         if self.scout is not None:
             self.scout.refine(mesh)
