@@ -26,6 +26,9 @@ import ngsolve
 import numpy as np
 from netgen.libngpy._meshing import NgException
 
+from viscotrain.batches import BatchedForm, VectorFactors
+from viscotrain.fronts import SingularError
+
 # Constants of umfpack.h
 CONTROL_SIZE, INFO_SIZE = 20, 90
 STRATEGY, REFINEMENTS = 5, 7  # positions in Control
@@ -154,7 +157,9 @@ class NgsolveFactors:
 _analyses: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()  # by form, then by free set
 
 
-def factorise(form: ngsolve.BilinearForm, free: ngsolve.BitArray) -> Factors | NgsolveFactors:
+def factorise(
+    form: ngsolve.BilinearForm | BatchedForm, free: ngsolve.BitArray
+) -> Factors | NgsolveFactors | VectorFactors:
     """LU factors of the present matrix of a form; its pattern is analysed the first time only.
 
     Args:
@@ -164,6 +169,11 @@ def factorise(form: ngsolve.BilinearForm, free: ngsolve.BitArray) -> Factors | N
     Raises:
         FactorisationError: It is singular or too large.
     """
+    if isinstance(form, BatchedForm):
+        try:
+            return form.factorise(free)
+        except SingularError as error:
+            raise FactorisationError("singular matrix") from error
     if _LIBRARY is None:
         return NgsolveFactors(form.mat, free)
     analyses = _analyses.setdefault(form, {})

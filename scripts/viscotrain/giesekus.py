@@ -22,9 +22,10 @@ Viscosities are in eta_0, times in D/Ubar, stresses in eta_0 Ubar/D.
 
 from typing import NamedTuple
 
-from ngsolve import CoefficientFunction, IfPos, cosh, exp, sinh, sqrt
+from ngsolve import CoefficientFunction
 
 from viscotrain.axisymmetry import Tensor
+from viscotrain.jets import cosh, exp, if_positive, sinh, sqrt
 
 SMALL_DELTA_SQUARED = 1e-2  # below, power series: closed forms of S and g are 0/0 at equilibrium
 
@@ -41,16 +42,16 @@ class LogConformation(NamedTuple):
 def _even_functions(delta_squared):
     """S, C and g, smooth with all derivatives at delta = 0; series exact to 1e-12."""
     q = delta_squared
-    delta = sqrt(IfPos(q - SMALL_DELTA_SQUARED, q, 1.0))
+    delta = sqrt(if_positive(q - SMALL_DELTA_SQUARED, q, 1.0))
 
     def choose(closed, series):
-        return IfPos(q - SMALL_DELTA_SQUARED, closed, series)
+        return if_positive(q - SMALL_DELTA_SQUARED, closed, series)
 
     S = choose(sinh(delta) / delta, 1 + q / 6 * (1 + q / 20 * (1 + q / 42 * (1 + q / 72))))
     C = choose(cosh(delta), 1 + q / 2 * (1 + q / 12 * (1 + q / 30 * (1 + q / 56))))
     g = choose(
         (delta * cosh(delta) / sinh(delta) - 1) / delta**2,
-        1 / 3 - q / 45 + 2 * q**2 / 945 - q**3 / 4725 + 2 * q**4 / 93555,
+        1 / 3 - q * (1 / 45 - q * (2 / 945 - q * (1 / 4725 - q * (2 / 93555)))),
     )
     return S, C, g
 
@@ -69,10 +70,10 @@ def polymer_stress(psi: LogConformation, viscosity, relaxation_time) -> Tensor:
     modulus = viscosity / relaxation_time
     c = conformation(psi)
     return Tensor(
-        zz=modulus * (c.zz - 1),
-        rr=modulus * (c.rr - 1),
-        tt=modulus * (c.tt - 1),
-        zr=modulus * c.zr,
+        zz=(c.zz - 1) * modulus,
+        rr=(c.rr - 1) * modulus,
+        tt=(c.tt - 1) * modulus,
+        zr=c.zr * modulus,
     )
 
 
