@@ -15,7 +15,7 @@ of components and each kind. The results are those of ngsolve up to round-off. T
 put together: matrices of elements are what is factorised (`fronts`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import ngsolve
 import numpy as np
@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 
 from viscotrain.fronts import Dissection, FrontalFactors
 from viscotrain.jets import Jet, Linear
+
+BATCH = 32  # elements whose matrices are made together: they fit into the cache
 
 Integrals = Callable[[list, list, Callable], list]
 
@@ -43,8 +45,8 @@ class BatchedForm:
         self.space = space
         self._integrals, self._rest = integrals, rest
         self._made: _Elements | None = None
-        self._places_of_rest: tuple | None = None
-        self._matrices: NDArray | None = None
+        self._blocks: dict[tuple[int, int], tuple] = {}  # the latest linearisation, by components
+        self._rest_in_elements: tuple | None = None
         self._dissections: dict[str, Dissection] = {}
 
     @property
@@ -59,25 +61,50 @@ class BatchedForm:
         self._rest.Apply(state, residual)
         values, elements = residual.FV().NumPy(), self._elements
         for i, fluxes in self._terms(state, slopes=False).items():
-            unknowns = elements.unknowns[i]
+            unknowns = elements.of_components[i]
             exists = unknowns >= 0
             shares = elements.tested(i, fluxes)[exists]
             values += np.bincount(unknowns[exists], shares, values.size)
 
     def AssembleLinearization(self, state: ngsolve.BaseVector):
-        """Make the matrices of the elements at a state; each is used once, by `factorise`."""
+        """Evaluate the linearisation at a state."""
         elements = self._elements
-        matrices = np.zeros((elements.count, elements.columns[-1], elements.columns[-1]))
+        self._blocks = {}
         with np.errstate(invalid="ignore", over="ignore"):  # an iteration that diverges stops
             for i, fluxes in self._terms(state, slopes=True).items():
-                blocks: dict[int, dict] = {}
+                slopes: dict[int, dict] = {}
                 for t, flux in enumerate(fluxes):
                     for (j, s), slope in flux.slopes.items() if isinstance(flux, Jet) else ():
-                        blocks.setdefault(j, {})[t, s] = slope
-                for j, slopes in blocks.items():
-                    elements.add_block(matrices, i, j, slopes)
-        self._add_rest(state, matrices)
-        self._matrices = matrices
+                        slopes.setdefault(j, {})[t, s] = slope
+                for j, own in slopes.items():
+                    self._blocks[i, j] = elements.referred(own)
+        self._rest.AssembleLinearization(state)
+
+    def _matrices(self) -> Iterator[tuple[slice, NDArray]]:
+        """Elements and their matrices (elements, unknowns, unknowns), overwritten by the next."""
+        elements = self._elements
+        used, (owners, rows, columns) = self._places_of_rest()
+        values = np.asarray(self._rest.mat.CSR()[0])[used]
+        space = np.empty((BATCH, elements.unknowns.shape[1], elements.unknowns.shape[1]))
+        for kind, members in elements.batches():
+            matrices = space[: members.stop - members.start]
+            matrices[:] = 0.0
+            for (i, j), (names, slopes) in self._blocks.items():
+                elements.add_block(matrices, kind, members, (i, j), names, slopes[members])
+            own = (owners >= members.start) & (owners < members.stop)
+            place = owners[own] - members.start, rows[own], columns[own]
+            matrices[place] += values[own]  # no place twice
+            yield members, matrices
+
+    def _places_of_rest(self) -> tuple[NDArray, tuple]:
+        """Entries of the rest that are not zero, and their places in matrices of elements."""
+        if self._rest_in_elements is None:
+            values, columns, firsts = (np.asarray(part) for part in self._rest.mat.CSR())
+            rows = np.repeat(np.arange(len(firsts) - 1), np.diff(firsts.astype(np.int64)))
+            used = np.flatnonzero(values)
+            places = self._elements.places(rows[used], columns[used].astype(np.int64))
+            self._rest_in_elements = used, places
+        return self._rest_in_elements
 
     def _terms(self, state: ngsolve.BaseVector, slopes: bool) -> dict[int, list]:
         """By component of the test functions: coefficients of its value and derivatives."""
@@ -95,28 +122,20 @@ class BatchedForm:
             terms.setdefault(i, [0.0, 0.0, 0.0])[t] = term
         return terms
 
-    def _add_rest(self, state: ngsolve.BaseVector, matrices: NDArray):
-        """Add the matrix of the rest, each entry to an element that has both unknowns."""
-        self._rest.AssembleLinearization(state)
-        values, columns, firsts = (np.asarray(part) for part in self._rest.mat.CSR())
-        if self._places_of_rest is None:
-            rows = np.repeat(np.arange(len(firsts) - 1), np.diff(firsts.astype(np.int64)))
-            used = np.flatnonzero(values)
-            places = self._elements.places(rows[used], columns[used].astype(np.int64))
-            self._places_of_rest = used, places
-        used, places = self._places_of_rest
-        matrices[places] += values[used]  # no place twice
-
     def matrix(self) -> scipy.sparse.csr_matrix:
         """The latest linearisation as one matrix."""
-        numbers = np.concatenate(self._elements.unknowns, axis=1)
-        rows, columns = np.broadcast_arrays(numbers[:, :, None], numbers[:, None, :])
-        there = (rows >= 0) & (columns >= 0)
-        entries = self._matrices[there], (rows[there], columns[there])
-        return scipy.sparse.csr_matrix(entries, (self.space.ndof, self.space.ndof))
+        shape = self.space.ndof, self.space.ndof
+        total = scipy.sparse.csr_matrix(shape)
+        for members, matrices in self._matrices():
+            numbers = self._elements.unknowns[members]
+            rows, columns = np.broadcast_arrays(numbers[:, :, None], numbers[:, None, :])
+            there = (rows >= 0) & (columns >= 0)
+            entries = matrices[there], (rows[there], columns[there])
+            total += scipy.sparse.csr_matrix(entries, shape)
+        return total
 
     def factorise(self, free: ngsolve.BitArray) -> "VectorFactors":
-        """LU factors of the latest linearisation, which is used up.
+        """LU factors of the latest linearisation.
 
         Args:
             free: Unknowns to solve for.
@@ -126,11 +145,9 @@ class BatchedForm:
         """
         key = str(free)
         if key not in self._dissections:
-            unknowns = np.concatenate(self._elements.unknowns, axis=1)
-            mask = np.fromiter(free, bool, len(free))
-            self._dissections[key] = Dissection(unknowns, mask, self._elements.centres())
-        matrices, self._matrices = self._matrices, None
-        return VectorFactors(FrontalFactors(self._dissections[key], matrices))
+            mask, elements = np.fromiter(free, bool, len(free)), self._elements
+            self._dissections[key] = Dissection(elements.unknowns, mask, elements.centres())
+        return VectorFactors(FrontalFactors(self._dissections[key], self._matrices()))
 
 
 class VectorFactors:
@@ -157,8 +174,9 @@ class _Elements:
 
     Attributes:
         count: Of the elements.
-        unknowns: By component (elements, unknowns), numbers in the vector; negative if it is none.
-        columns: Where the unknowns of each component begin among those of an element, and the end.
+        of_components: By component (elements, unknowns), numbers in the vector; negative if it is
+            none.
+        unknowns: The same of all components, (elements, unknowns), those inside of elements last.
     """
 
     def __init__(self, space: ngsolve.FESpace):
@@ -175,15 +193,19 @@ class _Elements:
             for component in space.components
         ]
         sizes = [1 if s is None else (s[1] + 1) * (s[1] + 2) // 2 for s in sorts]
-        self.columns = np.concatenate([[0], np.cumsum(sizes)])
-        starts = [c for c, sort in zip(self.columns, sorts, strict=False) if sort is not None]
+        columns = np.concatenate([[0], np.cumsum(sizes)])
+        starts = [c for c, sort in zip(columns, sorts, strict=False) if sort is not None]
         senses = [np.argsort(numbers[:, c : c + 3], axis=1, kind="stable") for c in starts]
         _, kinds = np.unique(np.concatenate(senses, axis=1), axis=0, return_inverse=True)
         kinds = kinds.ravel()
         self._order = np.argsort(kinds, kind="stable")
         ends = np.cumsum(np.bincount(kinds))
         self._kinds = [slice(a, b) for a, b in zip(np.append(0, ends), ends, strict=False)]
-        self.unknowns = np.split(numbers[self._order], self.columns[1:-1], axis=1)
+        numbers = numbers[self._order]
+        self.of_components = np.split(numbers, columns[1:-1], axis=1)
+        inner = [0 if s is None else (s[1] - 1) * (s[1] - 2) // 2 for s in sorts]
+        self._pieces, order = _inner_last(sizes, inner)
+        self.unknowns = numbers[:, order]
         examples = [ids[self._order[kind.start]] for kind in self._kinds]
         scalar = dict(zip(sorts, space.components, strict=True))  # one of each sort
         scalar.pop(None, None)
@@ -248,9 +270,11 @@ class _Elements:
             return Jet(value, {name: 1.0} if slopes else {}, self.sample)
 
         for i in self._numbers:
-            found[i] = own(float(vector[self.unknowns[i][0, 0]]), (i, 0))
+            found[i] = own(float(vector[self.of_components[i][0, 0]]), (i, 0))
         for sort, members in self._members.items():
-            coefficients = np.stack([vector[np.maximum(self.unknowns[i], -1)] for i in members])
+            coefficients = np.stack(
+                [vector[np.maximum(self.of_components[i], -1)] for i in members]
+            )
             values = np.empty((3, len(members), self.count, len(self._weights)))
             for kind, shapes in zip(self._kinds, self._shapes[sort], strict=True):
                 values[:, :, kind] = coefficients[None, :, kind] @ shapes[:, None]
@@ -278,30 +302,42 @@ class _Elements:
         fluxes = [value, xx * z + xy * r, yx * z + yy * r]
         if self._sorts[i] is None:
             return (value * self._measure).sum(axis=1, keepdims=True)
-        result = np.zeros((self.count, self.columns[i + 1] - self.columns[i]))
+        result = np.zeros(self.of_components[i].shape)
         for t, flux in enumerate(fluxes):
             weighted = flux * self._measure
             for kind, shapes in zip(self._kinds, self._shapes[self._sorts[i]], strict=True):
                 result[kind] += weighted[kind] @ shapes[t].T
         return result
 
-    def add_block(self, matrices: NDArray, i: int, j: int, slopes: dict):
-        """Add integrals of slopes, by test and trial quantity, with pairs of shape functions."""
-        slopes = self._referred(slopes)
-        used = tuple(sorted(slopes))
-        points = len(self._weights)
-        stacked = np.empty((self.count, len(used), points))
-        for k, name in enumerate(used):
-            np.multiply(slopes[name], self._measure, out=stacked[:, k])
-        stacked = stacked.reshape(self.count, -1)
-        rows, columns = (slice(self.columns[k], self.columns[k + 1]) for k in (i, j))
+    def batches(self) -> Iterator[tuple[int, slice]]:
+        """Number of a kind and elements of it, not too many."""
         for number, kind in enumerate(self._kinds):
-            product = stacked[kind] @ self._kernel(number, i, j, used)
-            block = matrices[kind, rows, columns]
-            block += product.reshape(block.shape)
+            for first in range(kind.start, kind.stop, BATCH):
+                yield number, slice(first, min(first + BATCH, kind.stop))
 
-    def _referred(self, slopes: dict) -> dict:
-        """With derivatives in the coordinates of the reference triangle."""
+    def add_block(
+        self,
+        matrices: NDArray,
+        kind: int,
+        members: slice,
+        components: tuple[int, int],
+        names: tuple,
+        slopes: NDArray,
+    ):
+        """Write integrals of slopes with pairs of shape functions into matrices of elements."""
+        i, j = components
+        product = slopes.reshape(len(slopes), -1) @ self._kernel(kind, i, j, names)
+        product = product.reshape(len(slopes), -1, self.of_components[j].shape[1])
+        for row, to_row in self._pieces[i]:
+            for column, to_column in self._pieces[j]:
+                matrices[:, to_row, to_column] = product[:, row, column]
+
+    def referred(self, slopes: dict) -> tuple[tuple, NDArray]:
+        """Slopes by test and trial quantity, in coordinates of the reference triangle.
+
+        Returns:
+            Names of the pairs, and values (elements, pairs, points) times weights.
+        """
         for side in (0, 1):
             found: dict = {}
             for name, slope in slopes.items():
@@ -313,7 +349,10 @@ class _Elements:
                     term = slope * self._inverse[k - 1][name[side] - 1]
                     found[new] = found[new] + term if new in found else term
             slopes = found
-        return slopes
+        values = np.empty((self.count, len(slopes), len(self._weights)))
+        for k, slope in enumerate(slopes.values()):
+            np.multiply(slope, self._measure, out=values[:, k])
+        return tuple(slopes), values
 
     def _kernel(self, kind: int, i: int, j: int, used: tuple) -> NDArray:
         """Products of shape functions, (used pairs of quantities times points, unknowns)."""
@@ -330,12 +369,33 @@ class _Elements:
 
     def places(self, rows: NDArray, columns: NDArray) -> tuple[NDArray, NDArray, NDArray]:
         """An element with both unknowns, and their places in it."""
-        numbers = np.concatenate(self.unknowns, axis=1)
         found = []
         for row, column in zip(rows, columns, strict=True):
-            element = np.flatnonzero(
-                (numbers == row).any(axis=1) & (numbers == column).any(axis=1)
-            )[0]
-            local = [int(np.flatnonzero(numbers[element] == n)[0]) for n in (row, column)]
-            found.append((element, *local))
+            here, there = self.unknowns == row, self.unknowns == column
+            element = int(np.argmax(here.any(axis=1) & there.any(axis=1)))
+            found.append((element, np.argmax(here[element]), np.argmax(there[element])))
         return tuple(np.array(found, dtype=np.int64).reshape(-1, 3).T)
+
+
+def _inner_last(sizes: Sequence[int], inner: Sequence[int]) -> tuple[list, NDArray]:
+    """Unknowns of an element, those of all components that are inside of it behind the others.
+
+    Args:
+        sizes: Number of unknowns by component.
+        inner: How many are inside, the last ones of each component.
+
+    Returns:
+        By component slices of its unknowns and where they go; of all unknowns which one goes there.
+    """
+    ends, place = np.cumsum(sizes), 0
+    pieces: list[list] = [[] for _ in sizes]
+    order = []
+    for last in (False, True):
+        for k, (size, count, end) in enumerate(zip(sizes, inner, ends, strict=True)):
+            own = slice(size - count, size) if last else slice(0, size - count)
+            length = own.stop - own.start
+            if length:
+                pieces[k].append((own, slice(place, place + length)))
+                order.append(np.arange(own.start, own.stop) + end - size)
+                place += length
+    return pieces, np.concatenate(order)

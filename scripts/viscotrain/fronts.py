@@ -14,6 +14,7 @@ matrix of the whole is stored, and there is no pattern to be analysed. Pivots ar
 only.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,8 @@ LEAF = 6  # elements of a part that is not halved
 BALANCE = 0.3  # each half has so many of the elements, at least
 DIRECTIONS = ((1.0, 0.0), (0.0, 1.0), (0.7, 0.7), (0.7, -0.7))  # in which parts are cut
 SEED = 0  # of random numbers by which sets of elements are told apart
-BATCH = 32  # elements whose inner unknowns are eliminated together: fits into the cache
+
+Batches = Iterable[tuple[slice, NDArray]]
 
 
 class SingularError(Exception):
@@ -63,12 +65,12 @@ class Dissection:
 
     def __init__(self, unknowns: NDArray, free: NDArray, centres: NDArray):
         self.size = free.size
-        self._of_elements = unknowns
         solved = (unknowns >= 0) & free[unknowns]
         count = np.bincount(unknowns[solved], minlength=free.size)
         inner = (solved & (count[unknowns] == 1)).all(axis=0)
-        self.inner = np.flatnonzero(inner)
-        self.outer = np.flatnonzero(solved.any(axis=0) & ~inner)
+        self.inner = _range(np.flatnonzero(inner))
+        self.outer = _range(np.flatnonzero(solved.any(axis=0) & ~inner))
+        self.inner_count = int(inner.sum())
         self.inner_unknowns = unknowns[:, self.inner]
         self.outer_unknowns = np.where(solved, unknowns, -1)[:, self.outer]
         self._sets, self._sizes = self._sets_of_elements()
@@ -170,15 +172,15 @@ class FrontalFactors:
 
     Args:
         dissection: Of the elements.
-        matrices: (elements, unknowns, unknowns); in the order of `unknowns` of the dissection.
+        batches: Of which elements, and their matrices (elements, unknowns, unknowns).
 
     Raises:
         SingularError: Some part has none.
     """
 
-    def __init__(self, dissection: Dissection, matrices: NDArray):
+    def __init__(self, dissection: Dissection, batches: Batches):
         self._dissection = dissection
-        outer = self._condense(matrices)
+        outer = self._condense(batches)
         self._factors = []
         passed: dict[int, NDArray] = {}
         for part in dissection.parts:
@@ -206,25 +208,29 @@ class FrontalFactors:
         self._factors.append((lu, pivots, W, below))
         return F[own:, own:] - below @ W
 
-    def _condense(self, matrices: NDArray) -> NDArray:
+    def _condense(self, batches: Batches) -> NDArray:
         """Eliminate inner unknowns of elements; returns the rest of the matrices."""
-        inner, outer = self._dissection.inner, self._dissection.outer
-        result = np.empty((len(matrices), outer.size, outer.size))
-        self._inverse = np.empty((len(matrices), inner.size, inner.size))
-        self._right = np.empty((len(matrices), inner.size, outer.size))
-        self._left = np.empty((len(matrices), outer.size, inner.size))
-        for first in range(0, len(matrices), BATCH):
-            batch = slice(first, first + BATCH)
-            rows, columns = matrices[batch][:, inner], matrices[batch][:, outer]
+        dissection = self._dissection
+        inner, outer = dissection.inner, dissection.outer
+        m, n, count = (
+            dissection.inner_count,
+            dissection.outer_unknowns.shape[1],
+            len(dissection.order),
+        )
+        result = np.empty((count, n, n))
+        self._inverse = np.empty((count, m, m))
+        self._right, self._left = np.empty((count, m, n)), np.empty((count, n, m))
+        for members, matrices in batches:
+            coupling = matrices[:, inner][:, :, outer]
             try:
-                inverse = np.linalg.inv(rows[:, :, inner])
+                inverse = np.linalg.inv(matrices[:, inner][:, :, inner])
             except np.linalg.LinAlgError as error:
                 raise SingularError from error
-            coupling = rows[:, :, outer]
-            self._inverse[batch] = inverse
-            self._right[batch] = inverse @ coupling
-            self._left[batch] = columns[:, :, inner] @ inverse
-            result[batch] = columns[:, :, outer] - self._left[batch] @ coupling
+            self._inverse[members] = inverse
+            self._right[members] = inverse @ coupling
+            self._left[members] = left = matrices[:, outer][:, :, inner] @ inverse
+            np.matmul(left, coupling, out=result[members])
+            np.subtract(matrices[:, outer][:, :, outer], result[members], out=result[members])
         return result
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
@@ -274,6 +280,13 @@ class FrontalFactors:
         for part, (lu, pivots, _, below) in reversed(pairs):
             own = slice(part.own[0], part.own[-1] + 1)
             x[own], _ = lapack.dgetrs(lu, pivots, x[own] - below.T @ x[part.kept], trans=1)
+
+
+def _range(numbers: NDArray) -> NDArray | slice:
+    """As a slice, which takes no copy, if they have no gap."""
+    if numbers.size and numbers[-1] - numbers[0] == numbers.size - 1:
+        return slice(int(numbers[0]), int(numbers[-1]) + 1)
+    return numbers
 
 
 def _add(F: NDArray, places: NDArray, matrix: NDArray):
