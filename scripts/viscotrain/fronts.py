@@ -42,8 +42,8 @@ class _Part:
         halves: Two parts, or none.
         own: Unknowns that are eliminated here.
         kept: Unknowns that are passed on.
-        places: Of the entries of each element in the flat matrix of a leaf; of the kept unknowns of
-            the halves among those of this part.
+        places: Among the unknowns of this part: of those of each element, with the place behind the
+            last one if it is none; or of those that the halves keep.
     """
 
     first: int
@@ -162,9 +162,7 @@ class Dissection:
                 part.places = [np.searchsorted(both, half.kept) for half in part.halves]
             else:
                 mine = numbers[part.first : part.end]
-                place = np.where(mine >= 0, np.searchsorted(both, mine), both.size)
-                flat = place[:, :, None] + (both.size + 1) * place[:, None, :]
-                part.places = flat.ravel()
+                part.places = np.where(mine >= 0, np.searchsorted(both, mine), both.size)
 
 
 class FrontalFactors:
@@ -191,7 +189,8 @@ class FrontalFactors:
                     _add(F, place, passed.pop(half.first))
             else:
                 members = outer[dissection.order[part.first : part.end]]
-                F = np.bincount(part.places, members.ravel(), (size + 1) ** 2)
+                places = part.places[:, :, None] + (size + 1) * part.places[:, None, :]
+                F = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
                 F = F.reshape(size + 1, size + 1).T[:size, :size]
             passed[part.first] = self._eliminate(F, own)
 
