@@ -180,8 +180,9 @@ class Flow:
             zip(self.fluid.modes, trial.psi, test.psi, strict=True)
         ):
             lam = De * mode.relaxation_time
-            tau = giesekus.polymer_stress(psi, mode.viscosity, lam)
-            rate = giesekus.evolution(psi, D, turning, lam, mode.mobility)
+            known = giesekus.exponentials(psi)
+            tau = giesekus.polymer_stress(psi, mode.viscosity, lam, known)
+            rate = giesekus.evolution(psi, D, turning, lam, mode.mobility, known)
             integrands.append(weak_forms.polymer(tau, test.u))
             tests = weak_forms.upwind(chi, relative, ELEMENT_SIZE)
             components = weak_forms.transport(psi, tests, relative, rate)

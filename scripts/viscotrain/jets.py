@@ -3,7 +3,7 @@
 A `Jet` is an array of values together with its derivatives by the quantities that it depends on,
 propagated by the chain rule (A. Griewank & A. Walther, Evaluating Derivatives, SIAM 2008, ch. 3).
 A `Linear` is a linear combination of test quantities whose coefficients are jets; it carries what
-is integrated. `exp`, `sqrt`, `sinh`, `cosh`, `if_positive` and `grad` serve jets and coefficient
+is integrated. `exp`, `sqrt`, `if_positive` and `grad` serve jets and coefficient
 functions of ngsolve alike, so that an equation is written once for both. In products and quotients
 the jet stands to the left of a coefficient function, which is then taken at the same points.
 
@@ -155,20 +155,6 @@ def sqrt(x):
         return ngsolve.sqrt(x)
     value = np.sqrt(x.value)
     return x._chain(value, 0.5 / value)
-
-
-def sinh(x):
-    """Hyperbolic sine."""
-    if not isinstance(x, Jet):
-        return ngsolve.sinh(x)
-    return x._chain(np.sinh(x.value), np.cosh(x.value))
-
-
-def cosh(x):
-    """Hyperbolic cosine."""
-    if not isinstance(x, Jet):
-        return ngsolve.cosh(x)
-    return x._chain(np.cosh(x.value), np.sinh(x.value))
 
 
 def if_positive(condition, yes, no):
