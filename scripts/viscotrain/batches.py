@@ -211,6 +211,10 @@ class _Elements:
         scalar.pop(None, None)
         self._members = {s: [i for i, own in enumerate(sorts) if own == s] for s in scalar}
         self._shapes = {sort: self._of_kinds(own, examples) for sort, own in scalar.items()}
+        self._tables = {  # (quantities times points, unknowns)
+            sort: [np.swapaxes(one, 1, 2).reshape(-1, one.shape[1]) for one in kinds]
+            for sort, kinds in self._shapes.items()
+        }
         self._numbers = [i for i, sort in enumerate(sorts) if sort is None]
         self._sorts = sorts
         self._kernels: dict[tuple, NDArray] = {}
@@ -298,15 +302,16 @@ class _Elements:
     def tested(self, i: int, fluxes: list) -> NDArray:
         """Integrals (elements, unknowns) of fluxes with the shape functions of a component."""
         value, z, r = (flux.value if isinstance(flux, Jet) else flux for flux in fluxes)
-        (xx, xy), (yx, yy) = self._inverse
-        fluxes = [value, xx * z + xy * r, yx * z + yy * r]
         if self._sorts[i] is None:
             return (value * self._measure).sum(axis=1, keepdims=True)
-        result = np.zeros(self.of_components[i].shape)
-        for t, flux in enumerate(fluxes):
-            weighted = flux * self._measure
-            for kind, shapes in zip(self._kinds, self._shapes[self._sorts[i]], strict=True):
-                result[kind] += weighted[kind] @ shapes[t].T
+        weighted = np.empty((self.count, 3, len(self._weights)))
+        (xx, xy), (yx, yy) = self._inverse
+        for t, flux in enumerate([value, xx * z + xy * r, yx * z + yy * r]):
+            np.multiply(flux, self._measure, out=weighted[:, t])
+        weighted = weighted.reshape(self.count, -1)
+        result = np.empty(self.of_components[i].shape)
+        for kind, shapes in zip(self._kinds, self._tables[self._sorts[i]], strict=True):
+            np.matmul(weighted[kind], shapes, out=result[kind])
         return result
 
     def batches(self) -> Iterator[tuple[int, slice]]:

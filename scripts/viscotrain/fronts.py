@@ -15,6 +15,7 @@ only.
 """
 
 from collections.abc import Iterable
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,14 @@ BALANCE = 0.3  # each half has so many of the elements, at least
 DIRECTIONS = ((1.0, 0.0), (0.0, 1.0), (0.7, 0.7), (0.7, -0.7))  # in which parts are cut
 SEED = 0  # of random numbers by which sets of elements are told apart
 
+KEPT = 4  # dissections, of the latest meshes
+
 Batches = Iterable[tuple[slice, NDArray]]
+
+
+_trees: dict[
+    bytes, tuple
+] = {}  # order of the elements, and parts with their halves, by their centres
 
 
 class SingularError(Exception):
@@ -73,9 +81,16 @@ class Dissection:
         self.inner_count = int(inner.sum())
         self.inner_unknowns = unknowns[:, self.inner]
         self.outer_unknowns = np.where(solved, unknowns, -1)[:, self.outer]
-        self._sets, self._sizes = self._sets_of_elements()
-        self.order = np.arange(len(unknowns))
-        root = self._dissect(0, len(unknowns), centres)
+        key = centres.tobytes()  # the dissection of one order is good for all
+        if key not in _trees:
+            self._sets, self._sizes = self._sets_of_elements()
+            self.order = np.arange(len(unknowns))
+            tree = self._dissect(0, len(unknowns), centres)
+            while len(_trees) >= KEPT:
+                del _trees[next(iter(_trees))]
+            _trees[key] = self.order, tree
+        self.order, tree = _trees[key]
+        root = deepcopy(tree)
         self._numbers = self.outer_unknowns[self.order]
         self._first, self._last = self._span(self._numbers)
         self.parts: list[_Part] = []  # halves before the whole
