@@ -72,3 +72,18 @@ def test_every_unknown_is_eliminated_once(elements, free):
     eliminated = np.concatenate([dissection.unknowns, dissection.inner_unknowns.ravel()])
     wanted = np.intersect1d(unknowns, np.flatnonzero(free))
     assert np.array_equal(np.sort(eliminated), wanted)
+
+
+def test_pressure_without_a_velocity_to_go_with_it():
+    """In a chain, an end without diagonal that its part alone cannot eliminate."""
+    count = 40
+    unknowns = np.stack([np.arange(count), np.arange(count) + 1], axis=1)
+    matrices = np.tile(np.array([[2.0, -1.0], [-1.0, 2.0]]), (count, 1, 1))
+    matrices[0, 0, 0] = 0.0
+    matrices[6, 1, 1] = matrices[7, 0, 0] = 0.0
+    free = np.ones(count + 1, bool)
+    centres = np.stack([np.arange(count), np.zeros(count)], axis=1).astype(float)
+    right = np.random.default_rng(5).standard_normal(count + 1)
+    found = FrontalFactors(Dissection(unknowns, free, centres), [(slice(0, count), matrices)])
+    expected = np.linalg.solve(whole(unknowns, matrices, count + 1), right)
+    assert np.abs(found.solve(right) - expected).max() < 1e-11 * np.abs(expected).max()

@@ -60,11 +60,12 @@ class BatchedForm:
         """Residual at a state."""
         self._rest.Apply(state, residual)
         values, elements = residual.FV().NumPy(), self._elements
-        for i, fluxes in self._terms(state, slopes=False).items():
-            unknowns = elements.of_components[i]
-            exists = unknowns >= 0
-            shares = elements.tested(i, fluxes)[exists]
-            values += np.bincount(unknowns[exists], shares, values.size)
+        with np.errstate(invalid="ignore", over="ignore"):  # an iteration that diverges stops
+            for i, fluxes in self._terms(state, slopes=False).items():
+                unknowns = elements.of_components[i]
+                exists = unknowns >= 0
+                shares = elements.tested(i, fluxes)[exists]
+                values += np.bincount(unknowns[exists], shares, values.size)
 
     def AssembleLinearization(self, state: ngsolve.BaseVector):
         """Evaluate the linearisation at a state."""

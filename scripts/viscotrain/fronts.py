@@ -11,7 +11,9 @@ keep (2),
 Unknowns inside of one element are eliminated first in the same way, for all elements at once. All
 work is in products and LU factors of dense matrices, at ten times the rate of a sparse solver; no
 matrix of the whole is stored, and there is no pattern to be analysed. Pivots are sought in F11
-only.
+only. F11 can be singular where the matrix is not: a pressure has no entry of its own on the
+diagonal, and in the corner of a part there may be no velocity to go with it. Then such unknowns are
+eliminated one part later, in this matrix and all that follow.
 """
 
 from collections.abc import Iterable
@@ -27,6 +29,7 @@ BALANCE = 0.3  # each half has so many of the elements, at least
 DIRECTIONS = ((1.0, 0.0), (0.0, 1.0), (0.7, 0.7), (0.7, -0.7))  # in which parts are cut
 SEED = 0  # of random numbers by which sets of elements are told apart
 
+LARGEST = 1e6  # entry of W with which pivots are large enough
 KEPT = 4  # dissections, of the latest meshes
 
 Batches = Iterable[tuple[slice, NDArray]]
@@ -48,7 +51,8 @@ class _Part:
     Attributes:
         first, end: Its elements.
         halves: Two parts, or none.
-        own: Unknowns that are eliminated here.
+        unknowns: That are eliminated here.
+        own: Their numbers in the order of elimination.
         kept: Unknowns that are passed on.
         places: Among the unknowns of this part: of those of each element, with the place behind the
             last one if it is none; or of those that the halves keep.
@@ -57,6 +61,7 @@ class _Part:
     first: int
     end: int
     halves: list["_Part"]
+    unknowns: NDArray | None = None
     own: NDArray | None = None
     kept: NDArray | None = None
     places: list | NDArray | None = None
@@ -155,18 +160,19 @@ class Dissection:
             inside = (self._first[rest] >= half.first) & (self._last[rest] < half.end)
             self._eliminate(half, rest[inside])
             rest = rest[~inside]
-        part.own = rest[np.lexsort((self._last[rest], self._first[rest]))]
+        part.unknowns = rest[np.lexsort((self._last[rest], self._first[rest]))]
         self.parts.append(part)
 
     def _number(self):
         """Number the unknowns as they are eliminated, and find places of the halves."""
-        self.unknowns = np.concatenate([part.own for part in self.parts])
+        self.unknowns = np.concatenate([part.unknowns for part in self.parts])
         number = np.full(self.size + 1, -1)
         number[self.unknowns] = np.arange(self.unknowns.size)
         numbers = number[self._numbers]
         start = 0
         for part in self.parts:
-            own, start = np.arange(start, start + part.own.size), start + part.own.size
+            own = np.arange(start, start + part.unknowns.size)
+            start += own.size
             if part.halves:
                 every = np.unique(np.concatenate([half.kept for half in part.halves]))
             else:
@@ -178,6 +184,24 @@ class Dissection:
             else:
                 mine = numbers[part.first : part.end]
                 part.places = np.where(mine >= 0, np.searchsorted(both, mine), both.size)
+
+    def delay(self, weak: list[_Part], late: NDArray) -> bool:
+        """Eliminate some unknowns of parts one part later; returns whether there were any.
+
+        Args:
+            weak: The parts.
+            late: Mask of the unknowns.
+        """
+        found = False
+        for part in self.parts:
+            for half in part.halves:
+                moved = late[half.unknowns]
+                if any(half is one for one in weak) and moved.any():
+                    part.unknowns = np.concatenate([half.unknowns[moved], part.unknowns])
+                    half.unknowns = half.unknowns[~moved]
+                    found = True
+        self._number()
+        return found
 
 
 class FrontalFactors:
@@ -194,31 +218,56 @@ class FrontalFactors:
     def __init__(self, dissection: Dissection, batches: Batches):
         self._dissection = dissection
         outer = self._condense(batches)
-        self._factors = []
-        passed: dict[int, NDArray] = {}
+        weak = self._factorise(outer)
+        while weak and dissection.delay(weak, self._without_diagonal(outer)):
+            weak = self._factorise(outer)
+        if weak:
+            raise SingularError
+
+    def _without_diagonal(self, outer: NDArray) -> NDArray:
+        """Mask of the unknowns whose own entry is zero, like that of a pressure."""
+        numbers = self._dissection.outer_unknowns
+        size = np.abs(np.diagonal(outer, axis1=1, axis2=2))[numbers >= 0]
+        return np.bincount(numbers[numbers >= 0], size, self._dissection.size) == 0
+
+    def _factorise(self, outer: NDArray) -> list[_Part]:
+        """Factorise all fronts; returns the parts where the pivots are too small."""
+        dissection = self._dissection
+        self._factors, weak = [], []
+        passed: dict[int, NDArray | None] = {}
         for part in dissection.parts:
             own, size = part.own.size, part.own.size + part.kept.size
             if part.halves:
+                matrices = [passed.pop(half.first) for half in part.halves]
+                if any(matrix is None for matrix in matrices):
+                    passed[part.first] = None
+                    continue
                 F = np.zeros((size, size), order="F")
-                for half, place in zip(part.halves, part.places, strict=True):
-                    _add(F, place, passed.pop(half.first))
+                for place, matrix in zip(part.places, matrices, strict=True):
+                    _add(F, place, matrix)
             else:
                 members = outer[dissection.order[part.first : part.end]]
                 places = part.places[:, :, None] + (size + 1) * part.places[:, None, :]
                 F = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
                 F = F.reshape(size + 1, size + 1).T[:size, :size]
             passed[part.first] = self._eliminate(F, own)
+            if passed[part.first] is None:
+                weak.append(part)
+        return weak
 
-    def _eliminate(self, F: NDArray, own: int) -> NDArray:
-        """Factorise a front; returns what is passed on."""
+    def _eliminate(self, F: NDArray, own: int) -> NDArray | None:
+        """Factorise a front; returns what is passed on, none if the pivots are too small."""
         if own == 0:
             self._factors.append(None)
             return F
         lu, pivots, failed = lapack.dgetrf(F[:own, :own])
         if failed:
-            raise SingularError
-        W, _ = lapack.dgetrs(lu, pivots, F[:own, own:]) if F.shape[0] > own else (F[:own, own:], 0)
-        below = np.asfortranarray(F[own:, :own])
+            return None
+        W, below = F[:own, own:], np.asfortranarray(F[own:, :own])
+        if below.size:
+            W, _ = lapack.dgetrs(lu, pivots, W)
+            if np.abs(W).max() > LARGEST:
+                return None
         self._factors.append((lu, pivots, W, below))
         return F[own:, own:] - below @ W
 
