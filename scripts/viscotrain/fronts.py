@@ -218,19 +218,22 @@ class FrontalFactors:
     def __init__(self, dissection: Dissection, batches: Batches):
         self._dissection = dissection
         outer = self._condense(batches)
-        weak = self._factorise(outer)
-        while weak and dissection.delay(weak, self._without_diagonal(outer)):
-            weak = self._factorise(outer)
-        if weak:
-            raise SingularError
+        weak = self._factorise(outer, LARGEST)
+        while weak:
+            if dissection.delay(weak, self._without_diagonal()):
+                weak = self._factorise(outer, LARGEST)
+            elif self._factorise(outer, np.inf):
+                raise SingularError
+            else:
+                break
 
-    def _without_diagonal(self, outer: NDArray) -> NDArray:
+    def _without_diagonal(self) -> NDArray:
         """Mask of the unknowns whose own entry is zero, like that of a pressure."""
         numbers = self._dissection.outer_unknowns
-        size = np.abs(np.diagonal(outer, axis1=1, axis2=2))[numbers >= 0]
+        size = np.abs(self._diagonal[numbers >= 0])
         return np.bincount(numbers[numbers >= 0], size, self._dissection.size) == 0
 
-    def _factorise(self, outer: NDArray) -> list[_Part]:
+    def _factorise(self, outer: NDArray, largest: float) -> list[_Part]:
         """Factorise all fronts; returns the parts where the pivots are too small."""
         dissection = self._dissection
         self._factors, weak = [], []
@@ -250,12 +253,12 @@ class FrontalFactors:
                 places = part.places[:, :, None] + (size + 1) * part.places[:, None, :]
                 F = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
                 F = F.reshape(size + 1, size + 1).T[:size, :size]
-            passed[part.first] = self._eliminate(F, own)
+            passed[part.first] = self._eliminate(F, own, largest)
             if passed[part.first] is None:
                 weak.append(part)
         return weak
 
-    def _eliminate(self, F: NDArray, own: int) -> NDArray | None:
+    def _eliminate(self, F: NDArray, own: int, largest: float) -> NDArray | None:
         """Factorise a front; returns what is passed on, none if the pivots are too small."""
         if own == 0:
             self._factors.append(None)
@@ -266,7 +269,7 @@ class FrontalFactors:
         W, below = F[:own, own:], np.asfortranarray(F[own:, :own])
         if below.size:
             W, _ = lapack.dgetrs(lu, pivots, W)
-            if np.abs(W).max() > LARGEST:
+            if np.abs(W).max() > largest:
                 return None
         self._factors.append((lu, pivots, W, below))
         return F[own:, own:] - below @ W
@@ -280,10 +283,11 @@ class FrontalFactors:
             dissection.outer_unknowns.shape[1],
             len(dissection.order),
         )
-        result = np.empty((count, n, n))
+        result, self._diagonal = np.empty((count, n, n)), np.empty((count, n))
         self._inverse = np.empty((count, m, m))
         self._right, self._left = np.empty((count, m, n)), np.empty((count, n, m))
         for members, matrices in batches:
+            self._diagonal[members] = np.diagonal(matrices, axis1=1, axis2=2)[:, outer]
             coupling = matrices[:, inner][:, :, outer]
             try:
                 inverse = np.linalg.inv(matrices[:, inner][:, :, inner])
