@@ -7,8 +7,8 @@ fifths of the cost of a solution, which Newton's method does not need. The wheel
 the C interface of its UMFPACK; here it is called directly. Where it is not found `mat.Inverse`
 serves instead.
 
-A `BatchedForm` has no matrix and factorises by `fronts`: half of the time of UMFPACK, and nothing to
-analyse. UMFPACK serves all other forms.
+A `BatchedForm` has no matrix and factorises by `fronts`, in half of the time of UMFPACK and with
+nothing to analyse. UMFPACK serves all other forms.
 
 Ngsolve stores rows, UMFPACK columns: what is factorised is the transposed matrix, and A x = b is
 solved as the transposed system of it.
