@@ -12,9 +12,10 @@ taken over the half plane with the weight r, that is, without the factor 2 pi.
 
 from typing import NamedTuple
 
-from ngsolve import CoefficientFunction, ds, dx, grad, x, y
+from ngsolve import CoefficientFunction, ds, dx, x, y
 
 from viscotrain.fluid import CHANNEL_RADIUS
+from viscotrain.jets import grad
 
 z, r = x, y
 

@@ -147,9 +147,9 @@ class _Outcome:
 
 
 def _newtonian(flow: Flow, options: SolverOptions) -> tuple[Flow, _Outcome]:
-    """De = 0, with the order below to tell the error."""
+    """De = 0, with an order well below, which costs little, to bound the error."""
     order = max(flow.velocity_order, NEWTONIAN_ORDER)
-    below, solver = (flow.variant(NEWTONIAN, k) for k in (order - 1, order))
+    below, solver = (flow.variant(NEWTONIAN, k) for k in (order - 2, order))
     for each in (below, solver):
         iteration = newton.ModifiedNewton(each.newtonian, each.free_newtonian)
         convergence = iteration.solve(

@@ -7,6 +7,9 @@ fifths of the cost of a solution, which Newton's method does not need. The wheel
 the C interface of its UMFPACK; here it is called directly. Where it is not found `mat.Inverse`
 serves instead.
 
+A `BatchedForm` has no matrix and factorises by `fronts`, in half of the time of UMFPACK and with
+nothing to analyse. UMFPACK serves all other forms.
+
 Ngsolve stores rows, UMFPACK columns: what is factorised is the transposed matrix, and A x = b is
 solved as the transposed system of it.
 
@@ -25,6 +28,9 @@ import netgen
 import ngsolve
 import numpy as np
 from netgen.libngpy._meshing import NgException
+
+from viscotrain.batches import BatchedForm, VectorFactors
+from viscotrain.fronts import SingularError
 
 # Constants of umfpack.h
 CONTROL_SIZE, INFO_SIZE = 20, 90
@@ -154,7 +160,9 @@ class NgsolveFactors:
 _analyses: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()  # by form, then by free set
 
 
-def factorise(form: ngsolve.BilinearForm, free: ngsolve.BitArray) -> Factors | NgsolveFactors:
+def factorise(
+    form: ngsolve.BilinearForm | BatchedForm, free: ngsolve.BitArray
+) -> Factors | NgsolveFactors | VectorFactors:
     """LU factors of the present matrix of a form; its pattern is analysed the first time only.
 
     Args:
@@ -164,6 +172,11 @@ def factorise(form: ngsolve.BilinearForm, free: ngsolve.BitArray) -> Factors | N
     Raises:
         FactorisationError: It is singular or too large.
     """
+    if isinstance(form, BatchedForm):
+        try:
+            return form.factorise(free)
+        except SingularError as error:
+            raise FactorisationError("singular matrix") from error
     if _LIBRARY is None:
         return NgsolveFactors(form.mat, free)
     analyses = _analyses.setdefault(form, {})

@@ -13,6 +13,7 @@ transport of psi is upwinded (`weak_forms`).
 """
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import ngsolve
@@ -22,7 +23,6 @@ from viscotrain import giesekus, weak_forms
 from viscotrain.axisymmetry import (
     Velocity,
     rate_of_deformation,
-    volume_integral,
     volume_integrand,
     vorticity,
     z,
@@ -31,6 +31,8 @@ from viscotrain.batches import BatchedForm
 from viscotrain.fluid import DimensionlessFluid
 from viscotrain.geometry import Geometry
 from viscotrain.giesekus import LogConformation
+
+ELEMENT_SIZE = ngsolve.specialcf.mesh_size
 
 
 class Fields(NamedTuple):
@@ -49,6 +51,9 @@ class Fields(NamedTuple):
     drop: CoefficientFunction
     speeds: list[CoefficientFunction]
     psi: list[LogConformation]
+
+
+Integrands = Callable[[Fields, Fields, Callable], list]
 
 
 class Storage(NamedTuple):
@@ -95,25 +100,32 @@ class Flow:
         for component in range(first_psi, len(self.space.components)):
             unknowns = self.space.Range(component)
             self.free_newtonian[unknowns.start : unknowns.stop] = False
-        self._functions = self.space.TnT()
-        self.newtonian = self._boundary_form()
-        for integrand in self._momentum(1.0):
-            self.newtonian += volume_integral(integrand)
-        self.viscoelastic = self._viscoelastic_form(self.mesh_velocity)
+        self._steps = [_smooth_step(z, *gap) for gap in geometry.gaps]
 
-    def _momentum(self, viscosity) -> list[CoefficientFunction]:
-        """Integrands over the fluid, without those of the polymer."""
-        (u, p, *_), (v, q, *_) = self._unknowns()
-        return [
-            weak_forms.viscous(viscosity, u, v),
-            weak_forms.pressure(p, v),
-            weak_forms.incompressibility(u, q),
-        ]
+    @cached_property
+    def newtonian(self) -> BatchedForm:
+        """The residual without polymer, of viscosity one."""
+        return self._form(lambda trial, test, _: momentum(1.0, trial, test))
+
+    @cached_property
+    def viscoelastic(self) -> BatchedForm:
+        """The quasi-steady residual."""
+        return self._viscoelastic_form(self.mesh_velocity)
+
+    def _form(self, integrands: "Integrands") -> BatchedForm:
+        """A form with these integrands over the fluid, and the integrals over boundaries."""
+
+        def integrals(trial, test, values):
+            found = integrands(self.grouped(trial), self.grouped(test), values)
+            return [volume_integrand(integrand) for integrand in found]
+
+        return BatchedForm(self.space, integrals, self._boundary_form())
 
     def _boundary_form(self) -> ngsolve.BilinearForm:
         """A form with the integrals over boundaries."""
         form = ngsolve.BilinearForm(self.space)
-        (u, _, drop, speeds, _), (v, _, drop_test, speed_tests, _) = self._unknowns()
+        trial, test = (self.grouped(functions) for functions in self.space.TnT())
+        (u, _, drop, speeds, _), (v, _, drop_test, speed_tests, _) = trial, test
         form += weak_forms.flow_rate(
             u,
             v,
@@ -139,37 +151,46 @@ class Flow:
         """
         return self._viscoelastic_form(mesh_velocity, storage)
 
-    def _viscoelastic_form(self, mesh_velocity, storage=None) -> BatchedForm:
-        integrands = [
-            *self._momentum(self.fluid.solvent),
-            *self._modes(mesh_velocity, storage),
-        ]
-        integrands = [volume_integrand(integrand) for integrand in integrands]
-        return BatchedForm(self.space, self._functions, integrands, self._boundary_form())
-
-    def _modes(self, mesh_velocity, storage: "Storage | None") -> list[CoefficientFunction]:
-        """Integrands over the fluid of the stress and of the evolution of each mode."""
-        integrands = []
-        (u, _, _, speeds, psis), (v, _, _, _, chis) = self._unknowns()
-        w = mesh_velocity(speeds)
-        relative = Velocity(z=u.z - w.z, r=u.r - w.r)
-        for k, (mode, psi, chi) in enumerate(zip(self.fluid.modes, psis, chis, strict=True)):
-            lam = self.deborah * mode.relaxation_time
-            tau = giesekus.polymer_stress(psi, mode.viscosity, lam)
-            rate = giesekus.evolution(psi, rate_of_deformation(u), vorticity(u), lam, mode.mobility)
-            integrands.append(weak_forms.polymer(tau, v))
-            tests = weak_forms.upwind(chi, relative, ngsolve.specialcf.mesh_size)
-            components = weak_forms.transport(psi, tests, relative, rate)
+    def _viscoelastic_form(self, mesh_velocity, storage: "Storage | None" = None) -> BatchedForm:
+        def integrands(trial, test, values):
+            De, stored = self.deborah.Get(), None
             if storage is not None:
-                old = self.grouped(storage.history.components).psi[k]
-                stored = weak_forms.storage(psi, tests, storage.leading, old)
-                components = [a + b for a, b in zip(components, stored, strict=True)]
+                stored = storage.leading.Get(), self.grouped(values(storage.history.vec)).psi
+            return [
+                *momentum(self.fluid.solvent, trial, test),
+                *self.modes(trial, test, De, mesh_velocity(trial.speeds), stored),
+            ]
+
+        return self._form(integrands)
+
+    def modes(self, trial: "Fields", test: "Fields", De, w: Velocity, stored: tuple | None = None):
+        """Integrands over the fluid of the stress and of the evolution of each mode.
+
+        Args:
+            trial: Unknowns.
+            test: Test functions.
+            De: lambda_1 Ubar/D.
+            w: Velocity of the mesh.
+            stored: Leading coefficient and history of each psi, of `weak_forms.storage`.
+        """
+        integrands = []
+        relative = Velocity(z=trial.u.z - w.z, r=trial.u.r - w.r)
+        D, turning = rate_of_deformation(trial.u), vorticity(trial.u)
+        for k, (mode, psi, chi) in enumerate(
+            zip(self.fluid.modes, trial.psi, test.psi, strict=True)
+        ):
+            lam = De * mode.relaxation_time
+            known = giesekus.exponentials(psi)
+            tau = giesekus.polymer_stress(psi, mode.viscosity, lam, known)
+            rate = giesekus.evolution(psi, D, turning, lam, mode.mobility, known)
+            integrands.append(weak_forms.polymer(tau, test.u))
+            tests = weak_forms.upwind(chi, relative, ELEMENT_SIZE)
+            components = weak_forms.transport(psi, tests, relative, rate)
+            if stored is not None:
+                more = weak_forms.storage(psi, tests, stored[0], stored[1][k])
+                components = [a + b for a, b in zip(components, more, strict=True)]
             integrands += components
         return integrands
-
-    def _unknowns(self) -> tuple["Fields", "Fields"]:
-        """Trial and test functions."""
-        return tuple(self.grouped(functions) for functions in self._functions)
 
     def fields(self) -> "Fields":
         """The present state; velocities in the frame of the reference sphere."""
@@ -191,11 +212,11 @@ class Flow:
         psi does not change along z.
         """
         own = dict(zip(self.geometry.moving_spheres, speeds, strict=True))
-        speeds = [own.get(name, CoefficientFunction(0.0)) for name in self.geometry.spheres]
-        w = speeds[0] if speeds else CoefficientFunction(0.0)
-        for (low, high), before, after in zip(self.geometry.gaps, speeds, speeds[1:], strict=False):
-            w += (after - before) * _smooth_step(z, low, high)
-        return Velocity(z=w, r=CoefficientFunction(0.0))
+        speeds = [own.get(name, 0.0) for name in self.geometry.spheres]
+        w = speeds[0] if speeds else 0.0
+        for step, before, after in zip(self._steps, speeds, speeds[1:], strict=False):
+            w = w + (after - before) * step
+        return Velocity(z=w, r=0.0)
 
     def sphere_velocities(self) -> dict[str, float]:
         """U of each sphere relative to the wall, in Ubar, by name."""
@@ -259,6 +280,15 @@ class Flow:
         """Index in the state of u_z on a boundary where it is one unknown."""
         element = next(iter(self.mesh.Boundaries(boundary).Elements()))
         return self.space.components[0].GetDofNrs(element)[0]
+
+
+def momentum(viscosity, trial: Fields, test: Fields) -> list:
+    """Integrands over the fluid, without those of the polymer."""
+    return [
+        weak_forms.viscous(viscosity, trial.u, test.u),
+        weak_forms.pressure(trial.p, test.u),
+        weak_forms.incompressibility(trial.u, test.p),
+    ]
 
 
 def _space(geometry: Geometry, mesh: ngsolve.Mesh, modes: int, order: int):

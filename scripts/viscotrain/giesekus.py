@@ -22,9 +22,10 @@ Viscosities are in eta_0, times in D/Ubar, stresses in eta_0 Ubar/D.
 
 from typing import NamedTuple
 
-from ngsolve import CoefficientFunction, IfPos, cosh, exp, sinh, sqrt
+from ngsolve import CoefficientFunction
 
 from viscotrain.axisymmetry import Tensor
+from viscotrain.jets import exp, if_positive, sqrt
 
 SMALL_DELTA_SQUARED = 1e-2  # below, power series: closed forms of S and g are 0/0 at equilibrium
 
@@ -38,55 +39,81 @@ class LogConformation(NamedTuple):
     theta: CoefficientFunction
 
 
+class Exponentials(NamedTuple):
+    """What stress and evolution have in common: e^m, e^theta, S, C and g."""
+
+    m: CoefficientFunction
+    theta: CoefficientFunction
+    S: CoefficientFunction
+    C: CoefficientFunction
+    g: CoefficientFunction
+
+
+def exponentials(psi: LogConformation) -> Exponentials:
+    """Of one mode."""
+    even = _even_functions(psi.a * psi.a + psi.b * psi.b)
+    return Exponentials(exp(psi.m), exp(psi.theta), *even)
+
+
 def _even_functions(delta_squared):
     """S, C and g, smooth with all derivatives at delta = 0; series exact to 1e-12."""
     q = delta_squared
-    delta = sqrt(IfPos(q - SMALL_DELTA_SQUARED, q, 1.0))
-
-    def choose(closed, series):
-        return IfPos(q - SMALL_DELTA_SQUARED, closed, series)
-
-    S = choose(sinh(delta) / delta, 1 + q / 6 * (1 + q / 20 * (1 + q / 42 * (1 + q / 72))))
-    C = choose(cosh(delta), 1 + q / 2 * (1 + q / 12 * (1 + q / 30 * (1 + q / 56))))
-    g = choose(
-        (delta * cosh(delta) / sinh(delta) - 1) / delta**2,
-        1 / 3 - q / 45 + 2 * q**2 / 945 - q**3 / 4725 + 2 * q**4 / 93555,
+    large = q - SMALL_DELTA_SQUARED
+    delta = sqrt(if_positive(large, q, 1.0))
+    growing = exp(delta)
+    decaying = 1 / growing
+    sinh_over_delta, cosh = (growing - decaying) / (2 * delta), (growing + decaying) / 2
+    S = if_positive(large, sinh_over_delta, 1 + q / 6 * (1 + q / 20 * (1 + q / 42 * (1 + q / 72))))
+    C = if_positive(large, cosh, 1 + q / 2 * (1 + q / 12 * (1 + q / 30 * (1 + q / 56))))
+    g = if_positive(
+        large,
+        (cosh / sinh_over_delta - 1) / (delta * delta),
+        1 / 3 - q * (1 / 45 - q * (2 / 945 - q * (1 / 4725 - q * (2 / 93555)))),
     )
     return S, C, g
 
 
-def conformation(psi: LogConformation) -> Tensor:
+def conformation(psi: LogConformation, known: Exponentials | None = None) -> Tensor:
     """C = exp(psi)."""
-    m, a, b, theta = psi
-    S, C, _ = _even_functions(a * a + b * b)
-    return Tensor(
-        zz=exp(m) * (C + S * a), rr=exp(m) * (C - S * a), tt=exp(theta), zr=exp(m) * S * b
-    )
+    e = known or exponentials(psi)
+    along, across = e.m * e.C, e.m * e.S
+    turned = across * psi.a
+    return Tensor(zz=along + turned, rr=along - turned, tt=e.theta, zr=across * psi.b)
 
 
-def polymer_stress(psi: LogConformation, viscosity, relaxation_time) -> Tensor:
+def polymer_stress(
+    psi: LogConformation, viscosity, relaxation_time, known: Exponentials | None = None
+) -> Tensor:
     """Tau = (eta/lambda) (c - I) of one mode."""
     modulus = viscosity / relaxation_time
-    c = conformation(psi)
+    c = conformation(psi, known)
     return Tensor(
-        zz=modulus * (c.zz - 1),
-        rr=modulus * (c.rr - 1),
-        tt=modulus * (c.tt - 1),
-        zr=modulus * c.zr,
+        zz=(c.zz - 1) * modulus,
+        rr=(c.rr - 1) * modulus,
+        tt=(c.tt - 1) * modulus,
+        zr=c.zr * modulus,
     )
 
 
-def evolution(psi: LogConformation, D: Tensor, w, relaxation_time, mobility) -> LogConformation:
+def evolution(
+    psi: LogConformation,
+    D: Tensor,
+    w,
+    relaxation_time,
+    mobility,
+    known: Exponentials | None = None,
+) -> LogConformation:
     """Material derivative of psi in a flow with rate of deformation D and vorticity w."""
-    m, a, b, theta = psi
+    _, a, b, _ = psi
     lam, alpha = relaxation_time, mobility
-    S, C, g = _even_functions(a * a + b * b)
-    e, f = (D.zz - D.rr) / 2, D.zr
-    turn = g * (f * a - e * b)
-    recoil = (alpha * exp(m) + (1 - alpha) * exp(-m)) * S / lam
+    e = known or exponentials(psi)
+    stretch, shear = (D.zz - D.rr) / 2, D.zr
+    turn = 2 * (e.g * (shear * a - stretch * b) - w)
+    growing, decaying = alpha * e.m, (1 - alpha) / e.m
+    recoil = (growing + decaying) * e.S / lam
     return LogConformation(
-        m=D.zz + D.rr - (alpha * exp(m) * C - (1 - alpha) * exp(-m) * C + 1 - 2 * alpha) / lam,
-        a=2 * e - 2 * turn * b + 2 * w * b - recoil * a,
-        b=2 * f + 2 * turn * a - 2 * w * a - recoil * b,
-        theta=2 * D.tt - (alpha * exp(theta) - (1 - alpha) * exp(-theta) + 1 - 2 * alpha) / lam,
+        m=D.zz + D.rr - ((growing - decaying) * e.C + (1 - 2 * alpha)) / lam,
+        a=2 * stretch - turn * b - recoil * a,
+        b=2 * shear + turn * a - recoil * b,
+        theta=2 * D.tt - (alpha * e.theta - (1 - alpha) / e.theta + (1 - 2 * alpha)) / lam,
     )

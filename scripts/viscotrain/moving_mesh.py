@@ -56,10 +56,10 @@ class MovingMesh:
 
     def velocity(self, speeds: Sequence) -> Velocity:
         """Velocity w of the mesh from the speeds of the moving spheres."""
-        w = ngsolve.CoefficientFunction(0.0)
+        w = 0.0
         for speed, shape in zip(speeds, self._shapes, strict=True):
-            w += speed * shape
-        return Velocity(z=w, r=ngsolve.CoefficientFunction(0.0))
+            w = w + speed * shape
+        return Velocity(z=w, r=0.0)
 
     def _changes(self, positions: NDArray) -> NDArray:
         """By how much the spheres are farther from the reference sphere than in the mesh."""

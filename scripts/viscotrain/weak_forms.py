@@ -26,7 +26,7 @@ Integration by parts leaves the traction on the boundaries. On a boundary where 
 (a sphere, the wall) the natural condition is the total force, not the traction: zero for a sphere.
 """
 
-from ngsolve import CoefficientFunction, sqrt
+from ngsolve import CoefficientFunction
 
 from viscotrain.axisymmetry import (
     CROSS_SECTION,
@@ -39,6 +39,7 @@ from viscotrain.axisymmetry import (
     rate_of_deformation,
 )
 from viscotrain.giesekus import LogConformation
+from viscotrain.jets import sqrt
 
 UPWINDING = 0.1  # c
 SLOWEST = 0.1  # eps, in Ubar
@@ -89,7 +90,7 @@ def upwind(chi, relative: Velocity, element_size) -> list[CoefficientFunction]:
         element_size: h, in D.
     """
     speed = sqrt(relative.z**2 + relative.r**2 + SLOWEST**2)
-    time = UPWINDING * element_size / speed
+    time = UPWINDING / speed * element_size
     return [test + time * advect(relative, test) for test in chi]
 
 
