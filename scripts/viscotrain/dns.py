@@ -40,6 +40,7 @@ from viscotrain.meshes import Sizes
 NEWTONIAN_ORDER = 6  # of the velocity, at least
 LOWEST_ORDER = 2  # of the velocity
 GUESS_TOLERANCE = 1e-2  # of solutions between the De asked for and in lower orders
+LOOSE_TOLERANCE = 1e-4  # of the solutions that tell whether the mesh is fine enough
 SCOUT_TOLERANCE = 1e-5  # of the solutions that errors are estimated from
 VELOCITY_TOLERANCE = 1e-7  # Ubar, in the last update of velocities between spheres; not of scouts
 HISTORY = 3  # solutions that a guess is extrapolated from
@@ -47,9 +48,10 @@ DEBORAH_OF_ELASTICITY = 0.5  # De_0: the coordinate of the continuation is linea
 SMALLEST_STEP = 0.05  # in that coordinate; a continuation that needs smaller ones has failed
 EASY, HARD = 1, 2  # factorisations of a step: so few lengthen the next one, more shorten it
 RUNGS = (1.0, 3.0)  # of the ladder in one decade
-PREDICTION = 2.5  # over the error of an order: how the order below predicts it, about
-LEAST_REDUCTION, MOST_REDUCTION = 3.0, 16.0  # of the error in one refinement
+PREDICTION = 1.5  # over the error of an order: how the order below predicts it, about
+LEAST_REDUCTION, MOST_REDUCTION = 2.0, 16.0  # of the error in one refinement
 REFINEMENTS = 4  # of one De
+INSISTENCE = 1.4  # factor on the reduction asked for with each refinement that was not enough
 LARGE = 0.8  # over the elements that a mesh may have: it is not refined any more
 RESCUES = 2  # refinements of one De that is stuck
 RESCUE_REDUCTION = 4.0  # of the error, in each of them
@@ -196,9 +198,12 @@ class _Ladder:
         iterations += outcome.iterations
         if not outcome.convergence.converged:
             return path.flow, replace(outcome, iterations=iterations)
-        self._branch = self._branch_off(path)
-        self._branch, outcome = self._reach(self._branch, De)
-        return self._branch.flow, replace(outcome, iterations=iterations + outcome.iterations)
+        self._branch, outcome = self._reach(self._branch_off(path), De)
+        outcome.iterations += iterations
+        if outcome.convergence.converged:
+            outcome.convergence = self._branch.finish(self._options.tolerance)
+            outcome.iterations += outcome.convergence.iterations
+        return self._branch.flow, outcome
 
     def _branch_off(self, path: "_Continuation") -> "_Continuation":
         """From the path, in the order asked for."""
@@ -207,9 +212,10 @@ class _Ladder:
             branch = last.twin()
             branch.scout = path
             return branch
-        if self._top.mesh is not path.flow.mesh:
-            return _Continuation(self._top.on(path.flow.mesh), self._options, path)
-        return _Continuation(self._top, self._options, path)
+        options = replace(self._options, tolerance=max(self._options.tolerance, LOOSE_TOLERANCE))
+        if self._top.mesh is path.flow.mesh:
+            return _Continuation(self._top, options, path)
+        return _Continuation(self._top.on(path.flow.mesh), options, path)
 
     def _reach(
         self, path: "_Continuation", De: float, ahead: int = 0
@@ -225,7 +231,7 @@ class _Ladder:
             if outcome.accurate or not self._can_refine(path, refinements):
                 break
             finer = path.twin()
-            finer.refine(self._finer(path, error.decisive / allowed * 2**refinements))
+            finer.refine(self._finer(path, error.decisive / allowed * INSISTENCE**refinements))
             convergence, more = finer.advance(De)
             outcome.iterations += more
             refinements += 1
@@ -329,8 +335,24 @@ class _Continuation:
             self._newton = newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
         adjoint = self._newton.adjoint(self.flow.state)
         self.error = refinement.estimate(self.flow, below, adjoint, ahead)
-        self._newton = None  # its factors take much memory
         return self.error
+
+    def finish(self, tolerance: float) -> newton.Convergence:
+        """Go on with the iteration where it is, until the velocities are as accurate, too."""
+        self.flow.state.vec.data = self._known[-1][1]
+        self.flow.deborah.Set(self.deborah)
+        iteration = self._newton or newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
+        convergence = iteration.solve(
+            self.flow.state,
+            tolerance=tolerance,
+            max_iterations=self.options.max_iterations,
+            watch=self.flow.speeds,
+            watch_tolerance=VELOCITY_TOLERANCE,
+        )
+        self._newton = None  # its factors take much memory
+        if convergence.converged:
+            self._remember(self._known[-1][0])
+        return convergence
 
     def refine(self, mesh: ngsolve.Mesh):
         """Go on with another mesh; solutions are interpolated and will be solved again."""
@@ -367,11 +389,7 @@ class _Continuation:
             form, free = self.flow.newtonian, self.flow.free_newtonian
         self._newton = newton.ModifiedNewton(form, free)
         return self._newton.solve(
-            self.flow.state,
-            tolerance=tolerance,
-            max_iterations=self.options.max_iterations,
-            watch=self.flow.speeds,
-            watch_tolerance=math.inf if tolerance >= SCOUT_TOLERANCE else VELOCITY_TOLERANCE,
+            self.flow.state, tolerance=tolerance, max_iterations=self.options.max_iterations
         )
 
     def _walk(self, De: float) -> tuple[newton.Convergence, int]:
