@@ -137,7 +137,7 @@ def test_an_order_ahead_has_a_smaller_error(pair):
 def test_refining_reduces_the_estimate(pair):
     flow, below = pair
     coarse = refinement.estimate(flow, below, adjoint_of(flow))
-    sizes = refinement.refined(flow.mesh, coarse.contributions, 8.0, 10_000)
+    sizes = refinement.refined(flow.mesh, coarse, 8.0, 10_000)
     finer = flow.on(mesh_of(STUDY, flow.geometry, sizes))
     lower = solved(finer.variant(flow.fluid, flow.velocity_order - 1))
     embedded = lower.embed(copy(lower.state.vec), finer)
@@ -211,10 +211,13 @@ def test_elements_that_contribute_more_become_smaller(pair):
     contributions = np.ones(flow.mesh.ne)
     contributions[:10] = 1e4
     _, own = refinement._centres_and_sizes(flow.mesh)
-    change = refinement.refined(flow.mesh, contributions, 4.0, 10_000).sizes / own
+    rates = np.full(flow.mesh.ne, 3.0)
+    error = refinement.Estimate(0.0, (1.0,), contributions, rates)
+    sizes = refinement.refined(flow.mesh, error, 4.0, 10_000).sizes
+    change = refinement.MESHED * sizes / own
     assert change[:10].max() < change[10:].min()
     assert change.min() >= refinement.FINEST and change.max() <= 1.001 * refinement.COARSEST
-    left = contributions @ change**refinement.RATE
+    left = contributions @ change**rates
     assert left == pytest.approx(contributions.sum() / 4, rel=1e-3)
 
 
@@ -223,7 +226,8 @@ def test_sizes_stop_at_the_number_of_elements_allowed(pair):
     contributions = np.linspace(1.0, 2.0, flow.mesh.ne)
     _, own = refinement._centres_and_sizes(flow.mesh)
     most = 1.5 * flow.mesh.ne
-    change = refinement.refined(flow.mesh, contributions, 1e6, most).sizes / own
+    error = refinement.Estimate(0.0, (1.0,), contributions, np.full(flow.mesh.ne, 2.0))
+    change = refinement.MESHED * refinement.refined(flow.mesh, error, 1e6, most).sizes / own
     assert (change**-2).sum() == pytest.approx(most, rel=0.05)
 
 
