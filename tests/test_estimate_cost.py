@@ -219,7 +219,7 @@ def test_own_times_of_a_study_go_before_measured_ones(study, tmp_path, measured)
     assert flow_seconds(study, (1.5, 1.5), (0, 1), model, own) == pytest.approx(7.5)
     assert flow_seconds(study, (1.5, math.inf), (0, 1), model, own) == pytest.approx(5.0)
     only_newtonian = own[own.deborah == 0]
-    expected = 0.5 + model.seconds(1, 3, 2, 2)
+    expected = 0.5 + model.seconds(1, 3, study.dns.velocity_order, 2)
     found = flow_seconds(study, (1.5, 1.5), (0, 1), model, only_newtonian)
     assert found == pytest.approx(expected)
 

@@ -104,7 +104,7 @@ def test_boxes_are_longer_than_the_default_one():
 
 def test_no_order_is_below_the_lowest():
     tiny = load_study(CONFIG / "tiny.yaml")
-    assert [order for order, _, _ in settings(tiny, "order")] == [2, 3, 4]
+    assert [order for order, _, _ in settings(tiny, "order")] == [2, 3, 4, 5]
 
 
 def comparison(sp=1.5, deborah=5.0):

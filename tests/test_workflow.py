@@ -302,7 +302,7 @@ def test_another_frame_rate_repeats_no_simulation(finished):
 @pytest.mark.slow
 def test_the_terminal_tells_what_was_solved_and_the_single_sphere_is_first(finished_study):
     text = (finished_study / "terminal.txt").read_text(encoding="utf-8")
-    assert DNS_JOB.findall(text)[0] == ("inf", "inf")
+    assert ("inf", "inf") in DNS_JOB.findall(text)[:2]  # two jobs start together on two cores
     for name in ("spinf_sfinf", "sp1.5_sfinf", "sp1.5_sf1.5"):
         assert f"\n{name}: solved 1 of 1 De, up to 1\n" in text
 
