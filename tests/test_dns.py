@@ -226,3 +226,14 @@ def test_a_point_that_does_not_converge_ends_the_path_with_a_reason():
     found = list(solutions(hopeless, triplet(hopeless, 1.5, 1.5)))
     assert [solution.solved for _, solution in found] == [False]
     assert "no convergence" in found[-1][1].convergence.reason
+
+
+def test_where_the_ladder_is_stuck_the_mesh_of_the_start_is_taken_in_short_steps(monkeypatch):
+    config = study(deborah=(2.0,), **COARSE)
+    pair = triplet(config, math.inf, 1.5)
+    ((_, expected),) = solutions(study(deborah=(2.0,), accuracy=1.0, **COARSE), pair)
+    stuck = dns._Outcome(newton.Convergence(updates=[1.0], reason="stuck"), 1)
+    monkeypatch.setattr(dns._Ladder, "at", lambda ladder, De: (ladder._top, stuck))
+    ((_, solution),) = solutions(config, pair)
+    assert solution.solved
+    assert solution.velocities == pytest.approx(expected.velocities, abs=1e-6)

@@ -20,7 +20,8 @@ before, is the guess of the higher one. Where a scout fails, or its guess does, 
 in the order itself. The scouts are what the errors are estimated from.
 
 Stuck. An iteration that cannot go on misses resolution first: the mesh is refined at the last De
-that was solved, and the step taken again.
+that was solved, and the step taken again. Where that does not help, the De is solved on the mesh of
+the start, where upwinding is stronger, and is accurate only if its estimate says so.
 """
 
 import itertools
@@ -53,6 +54,7 @@ LEAST_REDUCTION, MOST_REDUCTION = 2.0, 16.0  # of the error in one refinement
 REFINEMENTS = 4  # of one De
 INSISTENCE = 1.4  # factor on the reduction asked for with each refinement that was not enough
 LARGE = 0.8  # over the elements that a mesh may have: it is not refined any more
+SHORT_STEP = 1.5  # ratio of De where nothing else helped
 RESCUES = 2  # refinements of one De that is stuck
 RESCUE_REDUCTION = 4.0  # of the error, in each of them
 
@@ -122,9 +124,12 @@ def solve(
         remesh: Makes a mesh of the geometry with other sizes; None keeps the mesh.
     """
     ladder = _Ladder(flow, options, remesh)
+    start_mesh = _Continuation(flow.on(flow.mesh), options)
     for De in deborahs:
         started = time.process_time()
         solver, outcome = ladder.at(De) if De > 0 else _newtonian(flow, options)
+        if De > 0 and remesh is not None and not outcome.convergence.converged:
+            solver, outcome = _better((solver, outcome), _plainly(start_mesh, De, options))
         solved = outcome.convergence.converged
         yield Solution(
             flow=solver,
@@ -146,6 +151,30 @@ class _Outcome:
     iterations: int
     error: refinement.Estimate | None = None
     accurate: bool = False
+
+
+def _plainly(path: "_Continuation", De: float, options: SolverOptions) -> tuple[Flow, _Outcome]:
+    """Go on to De in short steps in the order asked for, on the mesh as it is."""
+    iterations = 0
+    while True:
+        step = min(De, SHORT_STEP * max(path.deborah, 1.0))
+        convergence, more = path.advance(step)
+        iterations += more
+        if step == De or not convergence.converged:
+            break
+    outcome = _Outcome(convergence, iterations)
+    if convergence.converged:
+        outcome.error = path.estimate()
+        allowed = _allowed(path.flow, options)
+        outcome.accurate = outcome.error is not None and outcome.error.decisive <= allowed
+    return path.flow, outcome
+
+
+def _better(first: tuple[Flow, _Outcome], second: tuple[Flow, _Outcome]) -> tuple[Flow, _Outcome]:
+    """The second result if it converged, or else the first; with the iterations of both."""
+    iterations = first[1].iterations + second[1].iterations
+    flow, outcome = second if second[1].convergence.converged else first
+    return flow, replace(outcome, iterations=iterations)
 
 
 def _newtonian(flow: Flow, options: SolverOptions) -> tuple[Flow, _Outcome]:
@@ -292,8 +321,8 @@ class _Continuation:
 
     @property
     def deborah(self) -> float:
-        """Where it is."""
-        return _deborah(self._known[-1][0])
+        """Where it is; 0 at the start."""
+        return _deborah(self._known[-1][0]) if self._known else 0.0
 
     @property
     def known_error(self) -> refinement.Estimate | None:
@@ -312,12 +341,25 @@ class _Continuation:
         if self.scout is None:
             return self._walk(De)
         convergence, iterations = self._follow(De)
+        if not convergence.converged and not self._known:
+            iterations += self._start_earlier()
         if not convergence.converged and (self._known or not self.scout._known):
             convergence, more = self._walk(De)
             iterations += more
             if convergence.converged:
                 iterations += self.scout.take(self, De)
         return convergence, iterations
+
+    def _start_earlier(self) -> int:
+        """Solve at the De before, which the scout knows; returns the iterations."""
+        if len(self.scout._known) < 2:
+            return 0
+        coordinate, guess = self.scout._known[-2]
+        self.flow.state.vec.data = self.scout.flow.embed(guess, self.flow)
+        convergence = self._iterate(_deborah(coordinate), self.options.tolerance)
+        if convergence.converged:
+            self._remember(coordinate)
+        return convergence.iterations
 
     def estimate(self, ahead: int = 0) -> refinement.Estimate | None:
         """Errors of the solution at De, or in an order `ahead`; None without one of the scout."""
