@@ -29,10 +29,9 @@ import numpy as np
 import pandas as pd
 
 from viscotrain import flow, newton, refinement, simulation
-from viscotrain.batches import BatchedForm
+from viscotrain.batches import BatchedForm, VectorFactors
 from viscotrain.command import reporting
 from viscotrain.config import Study, geometry_name, load_study
-from viscotrain.factorisation import Factors
 from viscotrain.process import use_one_core
 
 ROOT = Path(__file__).parents[1]
@@ -49,7 +48,7 @@ PARTS = {  # functions by what they do; times of those called inside are not in 
     "residual": [(BatchedForm, "Apply")],
     "linearisation": [(BatchedForm, "AssembleLinearization")],
     "factorisation": [(newton, "factorise")],
-    "back substitution": [(Factors, "solve"), (Factors, "solve_transposed")],
+    "back substitution": [(VectorFactors, "solve"), (VectorFactors, "solve_transposed")],
     "error estimate": [(refinement, "estimate"), (refinement, "refined")],
 }
 

@@ -21,7 +21,8 @@ in the order itself. The scouts are what the errors are estimated from.
 
 Stuck. An iteration that cannot go on misses resolution first: the mesh is refined at the last De
 that was solved, and the step taken again. Where that does not help, the De is solved on the mesh of
-the start, where upwinding is stronger, and is accurate only if its estimate says so.
+the start, where upwinding is stronger, and is accurate only if its estimate says so. Such points
+are marked; they may depend on which De were asked for before.
 """
 
 import itertools
@@ -34,6 +35,7 @@ from dataclasses import dataclass, replace
 import ngsolve
 
 from viscotrain import newton, refinement
+from viscotrain.factorisation import FactorisationError
 from viscotrain.flow import Flow, copy
 from viscotrain.fluid import NEWTONIAN
 from viscotrain.meshes import Sizes
@@ -87,6 +89,7 @@ class Solution:
         seconds: CPU time of these.
         error: Estimated errors; None if there is no estimate.
         accurate: Whether the estimate is within the accuracy asked for.
+        fallback: Whether it is of the start mesh, since the iteration was stuck on refined ones.
     """
 
     flow: Flow
@@ -98,6 +101,7 @@ class Solution:
     seconds: float
     error: refinement.Estimate | None
     accurate: bool
+    fallback: bool = False
 
     @property
     def solved(self) -> bool:
@@ -124,11 +128,12 @@ def solve(
         remesh: Makes a mesh of the geometry with other sizes; None keeps the mesh.
     """
     ladder = _Ladder(flow, options, remesh)
-    start_mesh = _Continuation(flow.on(flow.mesh), options)
+    start_mesh: _Continuation | None = None
     for De in deborahs:
         started = time.process_time()
         solver, outcome = ladder.at(De) if De > 0 else _newtonian(flow, options)
         if De > 0 and remesh is not None and not outcome.convergence.converged:
+            start_mesh = start_mesh or _Continuation(flow.on(flow.mesh), options)
             solver, outcome = _better((solver, outcome), _plainly(start_mesh, De, options))
         solved = outcome.convergence.converged
         yield Solution(
@@ -151,6 +156,12 @@ class _Outcome:
     iterations: int
     error: refinement.Estimate | None = None
     accurate: bool = False
+    fallback: bool = False
+
+    def judge(self, error: refinement.Estimate | None, allowed: float):
+        """Take the estimate, and say whether it is within what is allowed, in Ubar."""
+        self.error = error
+        self.accurate = error is not None and error.decisive <= allowed
 
 
 def _plainly(path: "_Continuation", De: float, options: SolverOptions) -> tuple[Flow, _Outcome]:
@@ -162,11 +173,9 @@ def _plainly(path: "_Continuation", De: float, options: SolverOptions) -> tuple[
         iterations += more
         if step == De or not convergence.converged:
             break
-    outcome = _Outcome(convergence, iterations)
+    outcome = _Outcome(convergence, iterations, fallback=True)
     if convergence.converged:
-        outcome.error = path.estimate()
-        allowed = _allowed(path.flow, options)
-        outcome.accurate = outcome.error is not None and outcome.error.decisive <= allowed
+        outcome.judge(path.estimate(), _allowed(path.flow, options))
     return path.flow, outcome
 
 
@@ -254,13 +263,13 @@ class _Ladder:
         outcome = _Outcome(convergence, iterations)
         refinements = 0
         while convergence.converged:
-            outcome.error = error = path.error or path.estimate(ahead)
             allowed = _allowed(path.flow, self._options) * (PREDICTION if ahead else 1)
-            outcome.accurate = error is not None and error.decisive <= allowed
+            outcome.judge(path.error or path.estimate(ahead), allowed)
             if outcome.accurate or not self._can_refine(path, refinements):
                 break
             finer = path.twin()
-            finer.refine(self._finer(path, error.decisive / allowed * INSISTENCE**refinements))
+            excess = outcome.error.decisive / allowed
+            finer.refine(self._finer(path, excess * INSISTENCE**refinements))
             convergence, more = finer.advance(De)
             outcome.iterations += more
             refinements += 1
@@ -282,16 +291,16 @@ class _Ladder:
     def _can_refine(self, path: "_Continuation", refinements: int = 0) -> bool:
         return (
             self._remesh is not None
-            and path.known_error is not None
             and refinements < REFINEMENTS
             and path.flow.mesh.ne < LARGE * self._options.max_elements
+            and path.last_error() is not None
         )
 
     def _finer(self, path: "_Continuation", excess: float) -> ngsolve.Mesh:
         """A mesh on which the error that was estimated last is smaller."""
         reduction = min(max(1.5 * excess, LEAST_REDUCTION), MOST_REDUCTION)
         most = self._options.max_elements
-        sizes = refinement.refined(path.flow.mesh, path.known_error, reduction, most)
+        sizes = refinement.refined(path.flow.mesh, path.last_error(), reduction, most)
         return self._remesh(sizes)
 
 
@@ -324,12 +333,11 @@ class _Continuation:
         """Where it is; 0 at the start."""
         return _deborah(self._known[-1][0]) if self._known else 0.0
 
-    @property
-    def known_error(self) -> refinement.Estimate | None:
-        """The last estimate on this mesh, of this order or else of the scout."""
+    def last_error(self) -> refinement.Estimate | None:
+        """The last estimate on this mesh, of this order or else of the scout, now if need be."""
         own = self.error or self._error_before
         if own is None and self.scout is not None:
-            own = self.scout.known_error or self.scout.estimate(ahead=1)
+            own = self.scout.last_error() or self.scout.estimate(ahead=1)
         return own
 
     def advance(self, De: float) -> tuple[newton.Convergence, int]:
@@ -362,7 +370,10 @@ class _Continuation:
         return convergence.iterations
 
     def estimate(self, ahead: int = 0) -> refinement.Estimate | None:
-        """Errors of the solution at De, or in an order `ahead`; None without one of the scout."""
+        """Errors of the solution at De, or in an order `ahead`; None without one of the scout.
+
+        None too if the matrix of the adjoint problem is singular.
+        """
         scout = self.scout
         if not self._known or scout is None or not self.flow.geometry.spheres:
             return None
@@ -375,7 +386,10 @@ class _Continuation:
         self.flow.deborah.Set(_deborah(coordinate))
         if self._newton is None:
             self._newton = newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
-        adjoint = self._newton.adjoint(self.flow.state)
+        try:
+            adjoint = self._newton.adjoint(self.flow.state)
+        except FactorisationError:
+            return None
         self.error = refinement.estimate(self.flow, below, adjoint, ahead)
         return self.error
 

@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 
 import ngsolve
 
-from viscotrain.factorisation import FactorisationError, Factors, NgsolveFactors, factorise
+from viscotrain.batches import BatchedForm, VectorFactors
+from viscotrain.factorisation import FactorisationError, NgsolveFactors, factorise
 
 PATIENCE = 6  # updates with an old matrix that are cheaper than a new one
 SHORTEST_STEP = 1 / 32  # share of an update
@@ -62,10 +63,10 @@ class ModifiedNewton:
         free: Unknowns to solve for.
     """
 
-    def __init__(self, form: ngsolve.BilinearForm, free: ngsolve.BitArray):
+    def __init__(self, form: ngsolve.BilinearForm | BatchedForm, free: ngsolve.BitArray):
         self._form, self._free = form, free
         self._onto_free = ngsolve.Projector(free, True)
-        self._factors: Factors | NgsolveFactors | None = None
+        self._factors: VectorFactors | NgsolveFactors | None = None
 
     def solve(
         self,
@@ -141,7 +142,11 @@ class ModifiedNewton:
     def adjoint(
         self, state: ngsolve.GridFunction
     ) -> Callable[[ngsolve.BaseVector], ngsolve.BaseVector]:
-        """Solver with the transposed matrix: the last one, or that at the state."""
+        """Solver with the transposed matrix: the last one, or that at the state.
+
+        Raises:
+            FactorisationError: There is no last one, and that at the state is singular.
+        """
         if self._factors is None:
             self._form.AssembleLinearization(state.vec)
             self._factors = factorise(self._form, self._free)

@@ -52,6 +52,11 @@ OWN_ATTRIBUTES = {
     },
     "residual": {"long_name": "rms residual before the last update", "units": "1"},
     "iterations": {"long_name": "iterations since the Deborah number before", "units": "1"},
+    "fallback": {
+        "long_name": "1 if solved on the mesh of the start, since the iteration was stuck on "
+        "refined ones",
+        "units": "1",
+    },
     "elements": {"long_name": "elements of the mesh", "units": "1"},
     "unknowns": {"long_name": "unknowns of the discrete problem", "units": "1"},
     "length": {"long_name": "periodic length over channel diameter", "units": "1"},
@@ -207,6 +212,8 @@ def _line(De: float, solution: dns.Solution, reason: str) -> str:
     if solution.solved:
         velocities = ", ".join(f"{name} {U:.7f}" for name, U in solution.velocities.items())
         text += f", U/Ubar {velocities}, estimated error {solution.estimated_error:.1e}"
+        if solution.fallback:
+            text += ", on the mesh of the start since refined ones were stuck"
         if not solution.accurate:
             text += f", NOT ACCURATE with {solution.flow.mesh.ne} elements"
     else:
@@ -238,6 +245,7 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
             "iterations": ("deborah", none.copy()),
             "unknowns": ("deborah", none.copy()),
             "elements": ("deborah", none.copy()),
+            "fallback": ("deborah", none.copy()),
             "length": ((), np.nan),
             "confinement": ((), study.confinement),
             "sp": ((), sp),
@@ -291,4 +299,5 @@ def _insert(result: xr.Dataset, De: float, solution: dns.Solution, reason: str):
     result["iterations"].loc[at] = solution.iterations
     result["unknowns"].loc[at] = flow.space.ndof
     result["elements"].loc[at] = flow.mesh.ne
+    result["fallback"].loc[at] = int(solution.fallback)
     result["length"][()] = flow.geometry.length
