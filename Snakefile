@@ -6,8 +6,8 @@ sys.path.insert(0, f"{workflow.basedir}/scripts")
 
 from snakemake.exceptions import WorkflowError
 
-from viscotrain import provenance
-from viscotrain.config import (
+from viscotrain.jobs import provenance
+from viscotrain.config.models import (
     data_files,
     fitted_fluid_file,
     geometry_name,

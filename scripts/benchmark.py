@@ -6,7 +6,7 @@ solves triplets of a study, a pair and a sphere, then one sphere up to De = 5 wi
 velocity, and measures start-up. CPU seconds throughout. `estimate_cost.py` reads what this writes:
 
     python scripts/benchmark.py --configfile config/config.yaml config/paper.yaml \
-        --geometries 3 --output scripts/viscotrain/measured_costs.csv
+        --geometries 3 --output scripts/viscotrain/jobs/measured_costs.csv
 """
 
 import argparse
@@ -28,11 +28,12 @@ from unittest import mock
 import numpy as np
 import pandas as pd
 
-from viscotrain import flow, newton, refinement, simulation
-from viscotrain.batches import BatchedForm, VectorFactors
-from viscotrain.command import reporting
-from viscotrain.config import Study, geometry_name, load_study
-from viscotrain.process import use_one_core
+from viscotrain.config.models import Study, geometry_name, load_study
+from viscotrain.flow import discretisation, newton, refinement
+from viscotrain.flow.batches import BatchedForm, VectorFactors
+from viscotrain.flow.process import use_one_core
+from viscotrain.jobs.command import reporting
+from viscotrain.studies import dns
 
 ROOT = Path(__file__).parents[1]
 SPHERE_DEBORAHS = (0.1, 0.5, 1.0, 2.0, 5.0)
@@ -43,8 +44,8 @@ FINER_ACCURACY = 0.1  # of the finer solution over that of the study
 MORE_ELEMENTS = 4  # that the finer solution may have
 ASKED = {"triplet": 4.0, "sphere": 7.0, "sphere error": 4e-6}  # CPU s, CPU s, Ubar
 PARTS = {  # functions by what they do; times of those called inside are not in their own
-    "mesh": [(simulation, "make_mesh")],
-    "spaces and forms": [(flow.Flow, "__init__")],
+    "mesh": [(dns, "make_mesh")],
+    "spaces and forms": [(discretisation.Flow, "__init__")],
     "residual": [(BatchedForm, "Apply")],
     "linearisation": [(BatchedForm, "AssembleLinearization")],
     "factorisation": [(newton, "factorise")],
@@ -92,7 +93,7 @@ def geometry_costs(study: Study, sp: float, sf: float, watch: Stopwatch) -> Iter
     """A row per Deborah number of one geometry."""
     before = math.nan
     with watch.watching():
-        for _, solution in simulation.solutions(study, simulation.triplet(study, sp, sf)):
+        for _, solution in dns.solutions(study, dns.triplet(study, sp, sf)):
             yield {
                 "sp": sp,
                 "sf": sf,
@@ -165,7 +166,7 @@ def start_up() -> float:
         return usage.ru_utime + usage.ru_stime
 
     before = used()
-    command = [sys.executable, "-c", "import viscotrain.simulation"]
+    command = [sys.executable, "-c", "import viscotrain.studies.dns"]
     subprocess.run(command, check=True, cwd=Path(__file__).parent)
     return used() - before
 

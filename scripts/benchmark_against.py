@@ -8,6 +8,8 @@ prints both times and their ratio. `--works` names some of the works; `--rounds`
 """
 
 import argparse
+import contextlib
+import importlib
 import json
 import os
 import subprocess
@@ -29,14 +31,30 @@ WORKS = (
     | {"transient 1.5, 2.5, De 5": (1.5, 2.5, (5,), None)}
 )
 
+# Modules that hold what is used here: today's, and that of checkouts before there were rooms.
+PLACES = {
+    "load_study": ("config.models", "config"),
+    "use_one_core": ("flow.process", "process"),
+    "solutions": ("studies.dns", "simulation"),
+    "triplet": ("studies.dns", "simulation"),
+    "flow_maker": ("studies.transient", "trajectories"),
+    "time_options": ("studies.transient", "trajectories"),
+    "Transient": ("flow.time_stepping", "transient"),
+}
+
+
+def _of_package(name: str):
+    """A function of whichever package this process imports."""
+    for place in PLACES[name]:
+        with contextlib.suppress(ModuleNotFoundError):
+            return getattr(importlib.import_module(f"viscotrain.{place}"), name)
+    raise SystemExit(f"the checkout has no {name}")
+
 
 def seconds(name: str) -> float:
     """CPU seconds of one work, in this process, with whichever package it imports."""
-    from viscotrain.config import load_study
-    from viscotrain.process import use_one_core
-    from viscotrain.simulation import solutions, triplet
-
-    use_one_core()
+    load_study, solutions, triplet = map(_of_package, ("load_study", "solutions", "triplet"))
+    _of_package("use_one_core")()
     sp, sf, deborahs, counted = WORKS[name]
     study = load_study(ROOT / "config" / "config.yaml")
     values = study.deborah.model_copy(update={"values": [float(De) for De in deborahs]})
@@ -52,9 +70,8 @@ def seconds(name: str) -> float:
 
 
 def _transient_seconds(study, geometry, De: float) -> float:
-    from viscotrain.trajectories import flow_maker, time_options
-    from viscotrain.transient import Transient
-
+    names = "Transient", "flow_maker", "time_options"
+    Transient, flow_maker, time_options = map(_of_package, names)
     lambda_1 = study.deborah_longest_mode(De)
     simulation = Transient(geometry, flow_maker(study, De), lambda_1, time_options(study, De))
     return sum(instant.seconds for instant in simulation.run(10 * lambda_1))

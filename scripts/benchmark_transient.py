@@ -20,12 +20,12 @@ from pathlib import Path
 
 import numpy as np
 
-from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_distance
-from viscotrain.process import use_one_core
-from viscotrain.simulation import solutions, triplet
-from viscotrain.trajectories import flow_maker, start_up_time, time_options
-from viscotrain.transient import Instant, Transient
+from viscotrain.config.models import Study, load_study, parse_distance
+from viscotrain.flow.process import use_one_core
+from viscotrain.flow.time_stepping import Instant, Transient
+from viscotrain.jobs.command import reporting
+from viscotrain.studies.dns import solutions, triplet
+from viscotrain.studies.transient import flow_maker, start_up_time, time_options
 
 ROOT = Path(__file__).parents[1]
 ASKED = 75.0  # CPU s of a transient point

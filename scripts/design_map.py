@@ -10,9 +10,11 @@ from pathlib import Path
 
 import xarray as xr
 
-from viscotrain import datasets, design_map, figures, provenance
-from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.config.models import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.drawing import figures
+from viscotrain.jobs import datasets, drawings, provenance
+from viscotrain.jobs.command import reporting
+from viscotrain.trains import design_map
 
 
 def main(
@@ -35,7 +37,7 @@ def main(
     if figures_folder:
         for name in ("spacing_law", "design_map"):
             drawing = figures.draw(name, result, study.confinement)
-            figures.save(drawing, Path(figures_folder) / name)
+            drawings.save(drawing, Path(figures_folder) / name)
 
 
 def _command_line():

@@ -11,9 +11,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 
 from pathlib import Path
 
-from viscotrain import datasets, progress
-from viscotrain.command import announce, reporting
-from viscotrain.config import (
+from viscotrain.config.models import (
     Study,
     geometry_name,
     load_study,
@@ -21,8 +19,10 @@ from viscotrain.config import (
     parse_study,
     with_fitted_fluid,
 )
-from viscotrain.process import use_one_core
-from viscotrain.simulation import simulate
+from viscotrain.flow.process import use_one_core
+from viscotrain.jobs import datasets, progress, provenance
+from viscotrain.jobs.command import announce, reporting
+from viscotrain.studies.dns import simulate
 
 
 def main(study: Study, sp: float, sf: float, output: str, timing: str | None = None):
@@ -30,7 +30,7 @@ def main(study: Study, sp: float, sf: float, output: str, timing: str | None = N
     use_one_core()
     folder = Path(output).with_suffix("") if study.dns.save_fields else None
     result, seconds = simulate(study, sp, sf, report=print, vtu_folder=folder)
-    datasets.write(result, output)
+    datasets.write(provenance.stamped(result, study.resolved_yaml()), output)
     if timing:
         Path(timing).parent.mkdir(parents=True, exist_ok=True)
         seconds.to_csv(timing, index=False)

@@ -20,9 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from viscotrain import dns
-from viscotrain.command import reporting
-from viscotrain.config import (
+from viscotrain.config.models import (
     DesignMapConfig,
     Study,
     TrainsConfig,
@@ -31,12 +29,14 @@ from viscotrain.config import (
     train_name,
     with_fitted_fluid,
 )
-from viscotrain.progress import Point, made_with, outcomes
-from viscotrain.provenance import TRAINS, digest
-from viscotrain.table import has_solution
-from viscotrain.triplets import Triplet
+from viscotrain.flow import continuation
+from viscotrain.jobs.command import reporting
+from viscotrain.jobs.progress import Point, made_with, outcomes
+from viscotrain.jobs.provenance import TRAINS, digest
+from viscotrain.table.triplets import Triplet
+from viscotrain.words import has_solution
 
-MEASURED = Path(__file__).parent / "viscotrain" / "measured_costs.csv"
+MEASURED = Path(__file__).parent / "viscotrain" / "jobs" / "measured_costs.csv"
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
 CONFORMATION = 4  # components per mode
 START_UP = 2.0  # CPU seconds of a job that imports everything
@@ -150,13 +150,13 @@ class CostModel:
 
 def _coordinate(deborah):
     """The coordinate of the continuation."""
-    return np.log1p(deborah / dns.DEBORAH_OF_ELASTICITY)
+    return np.log1p(deborah / continuation.DEBORAH_OF_ELASTICITY)
 
 
 def _size(deborah: float, order: int, modes: int) -> float:
     """Unknowns per element of what is solved at a Deborah number."""
     if deborah == 0:
-        return unknowns_per_element(max(order, dns.NEWTONIAN_ORDER), 0)
+        return unknowns_per_element(max(order, continuation.NEWTONIAN_ORDER), 0)
     return unknowns_per_element(order, modes)
 
 

@@ -9,18 +9,19 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolve are imported
 
 
-from viscotrain import datasets
-from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
-from viscotrain.process import use_one_core
-from viscotrain.simulation import field
+from viscotrain.config.models import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.flow.process import use_one_core
+from viscotrain.jobs import datasets, provenance
+from viscotrain.jobs.command import reporting
+from viscotrain.studies.dns import field
 
 
 def main(study: Study, output: str):
     """Solve the point that the config names and write its fields."""
     use_one_core()
     point = study.field_point()
-    datasets.write(field(study, point.sp, point.sf, point.deborah, report=print), output)
+    sampled = field(study, point.sp, point.sf, point.deborah, report=print)
+    datasets.write(provenance.stamped(sampled, study.resolved_yaml()), output)
 
 
 def _command_line():

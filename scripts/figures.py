@@ -11,9 +11,11 @@ from pathlib import Path
 
 import xarray as xr
 
-from viscotrain import figures, provenance
-from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.config.models import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.drawing import figures
+from viscotrain.drawing.style import Drawing
+from viscotrain.jobs import drawings, provenance
+from viscotrain.jobs.command import reporting
 
 # What a figure shows, by the beginning of its name; the first that fits counts.
 SOURCES = {
@@ -29,14 +31,14 @@ SOURCES = {
 }
 
 
-def draw(study: Study, name: str, source: str | Path | None) -> figures.Drawing:
+def draw(study: Study, name: str, source: str | Path | None) -> Drawing:
     """The figure of this name, from a file if it shows one."""
     if name == "schematic":
-        from viscotrain import schematic
+        from viscotrain.drawing import schematic
 
         return schematic.draw(schematic.geometry(study))
     if name == "rheology":
-        from viscotrain import rheology_figure
+        from viscotrain.drawing import rheology_figure
 
         measured = rheology_figure.measured(source) if source else None
         return rheology_figure.rheology(study.fluid, measured, study.shear_rates())
@@ -50,7 +52,7 @@ def main(study: Study, name: str, source: str | Path | None, folder: str | Path)
         drawing.data.attrs = provenance.attributes(
             f"data of the figure {name} of study {study.study}", study.resolved_yaml()
         )
-    for path in figures.save(drawing, Path(folder) / name):
+    for path in drawings.save(drawing, Path(folder) / name):
         print(path)
 
 

@@ -16,15 +16,16 @@ from pathlib import Path
 
 import yaml
 
-from viscotrain import datasets, figures, fluid_data, fluid_fit, provenance
-from viscotrain.command import reporting
-from viscotrain.config import FluidConfig, parse_study
-from viscotrain.rheology_figure import rheology
+from viscotrain.config.models import FluidConfig, parse_study
+from viscotrain.drawing.rheology_figure import rheology
+from viscotrain.fluid import fluid_fit, measurements
+from viscotrain.jobs import datasets, drawings, provenance
+from viscotrain.jobs.command import reporting
 
 
 def main(fluid: FluidConfig, files: Sequence[str | Path], output: str | Path, details: str | Path):
     """Fit to the files as the section `fluid` says; write the fluid and the details."""
-    result = fluid_fit.fit(fluid_data.read(files), fluid.fit.modes, fluid.solvent_viscosity)
+    result = fluid_fit.fit(measurements.read(files), fluid.fit.modes, fluid.solvent_viscosity)
     print(fluid_fit.summary(result))
     section = yaml.safe_dump({"fluid": fluid.model_dump(mode="json")}, sort_keys=False)
     attributes = provenance.attributes("fluid fitted to measured data", section)
@@ -57,7 +58,7 @@ def _command_line():
         )
         a.folder.mkdir(parents=True, exist_ok=True)
         fitted = main(fluid, a.files, a.folder / "fluid.yaml", a.folder / "fit.nc")
-        figures.save(rheology(fitted.fluid, fitted.data), a.folder / "rheology")
+        drawings.save(rheology(fitted.fluid, fitted.data), a.folder / "rheology")
 
 
 if "snakemake" in globals():

@@ -14,9 +14,9 @@ from typing import Any
 
 import yaml
 
-from viscotrain import fluid_data
-from viscotrain.config import schema
-from viscotrain.config_problems import inlined, range_in_words
+from viscotrain.config.models import schema
+from viscotrain.config.problems import inlined, range_in_words
+from viscotrain.fluid import measurements
 
 CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"
 
@@ -98,7 +98,7 @@ def table(body: list[tuple[str, ...]]) -> str:
 def measured_columns() -> str:
     """A Markdown table of the columns of measured data."""
     lines = [("column", "unit", "plausible", "against"), ("---",) * 4]
-    for name, column in fluid_data.COLUMNS.items():
+    for name, column in measurements.COLUMNS.items():
         against = f"`{column.abscissa}`" if column.abscissa else ""
         plausible = f"{column.smallest:g} to {column.largest:g}"
         lines.append((f"`{name}`", column.unit, plausible, against))

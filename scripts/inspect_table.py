@@ -5,14 +5,14 @@ From the command line: python scripts/inspect_table.py results/demo/table/veloci
 
 import argparse
 
-from viscotrain import table
-from viscotrain.command import reporting
-from viscotrain.interpolation import VelocityTable
+from viscotrain.jobs.command import reporting
+from viscotrain.table import assembly
+from viscotrain.table.interpolation import VelocityTable
 
 
 def main(path: str):
     """Print the summary of one file."""
-    print(table.summary(VelocityTable.open(path).dataset))
+    print(assembly.summary(VelocityTable.open(path).dataset))
 
 
 if __name__ == "__main__":

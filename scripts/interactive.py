@@ -10,9 +10,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from viscotrain import interactive
-from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study
+from viscotrain.config.models import Study, load_study, parse_study
+from viscotrain.drawing import interactive
+from viscotrain.jobs.command import reporting
 
 
 def main(study: Study, table: str | Path, trains: Sequence[str | Path], output: str | Path):

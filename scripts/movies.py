@@ -9,10 +9,11 @@ from pathlib import Path
 
 import xarray as xr
 
-from viscotrain import datasets, figures, movies, provenance
-from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study, train_name, with_fitted_fluid
-from viscotrain.interpolation import VelocityTable
+from viscotrain.config.models import Study, load_study, parse_study, train_name, with_fitted_fluid
+from viscotrain.drawing import figures, movies
+from viscotrain.jobs import datasets, drawings, provenance
+from viscotrain.jobs.command import reporting
+from viscotrain.table.interpolation import VelocityTable
 
 
 def main(
@@ -33,7 +34,7 @@ def main(
         drawing.data.attrs = provenance.attributes(
             f"data of the figure {name} of study {study.study}", study.resolved_yaml()
         )
-        figures.save(drawing, Path(figures_folder) / name)
+        drawings.save(drawing, Path(figures_folder) / name)
     if not movies.ffmpeg():
         print("no ffmpeg found: movies are GIF, larger and coarser than MP4")
     look = {"width": study.movies.width, "frame_rate": study.movies.frame_rate}

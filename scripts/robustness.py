@@ -19,8 +19,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from viscotrain import robustness
-from viscotrain.robustness import DEFAULT, REFERENCE
+from viscotrain.studies import robustness
+from viscotrain.studies.robustness import DEFAULT, REFERENCE
 
 OUTPUT = Path(__file__).parents[1] / "tests" / "verification" / "robustness" / "sample.csv"
 

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from viscotrain import datasets, provenance, table
-from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.config.models import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.jobs import datasets, provenance
+from viscotrain.jobs.command import reporting
+from viscotrain.table import assembly
 
 
 def main(study: Study, results: Sequence[str | Path], output: str | Path):
@@ -20,10 +21,10 @@ def main(study: Study, results: Sequence[str | Path], output: str | Path):
     for path in results:
         result = xr.load_dataset(path)
         if "time" in result.dims:
-            result = table.after_start_up(result)
+            result = assembly.after_start_up(result)
         geometry = float(result["sp"]), float(result["sf"])
         (on_grid if geometry in study.geometries else between).append(result)
-    velocities = table.combine(
+    velocities = assembly.combine(
         on_grid,
         sp=study.table.sp,
         sf=study.table.sf,
@@ -34,9 +35,9 @@ def main(study: Study, results: Sequence[str | Path], output: str | Path):
         ),
     )
     if between:
-        velocities = table.check_errors(velocities, between)
+        velocities = assembly.check_errors(velocities, between)
     datasets.write(velocities, output)
-    print(table.summary(velocities))
+    print(assembly.summary(velocities))
 
 
 def _command_line():

@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from viscotrain import datasets, provenance, trains
-from viscotrain.command import reporting
-from viscotrain.config import Study, load_study, parse_study, with_fitted_fluid
-from viscotrain.interpolation import VelocityTable
+from viscotrain.config.models import Study, load_study, parse_study, with_fitted_fluid
+from viscotrain.jobs import datasets, provenance
+from viscotrain.jobs.command import reporting
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import recording
 
 
 def main(
@@ -31,7 +32,7 @@ def main(
     """
     started = time.process_time()
     velocities = VelocityTable.open(table)
-    result = trains.run(
+    result = recording.run(
         velocities.at(deborah),
         confinement=study.confinement,
         volume_fraction=volume_fraction,
@@ -52,7 +53,7 @@ def main(
         | {"trains_digest": provenance.digest(provenance.TRAINS)},
     )
     datasets.write(result, output)
-    print(trains.summary(result))
+    print(recording.summary(result))
     print(f"{time.process_time() - started:.1f} CPU s")
 
 

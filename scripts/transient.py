@@ -13,9 +13,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from viscotrain import datasets, progress
-from viscotrain.command import announce, reporting
-from viscotrain.config import (
+from viscotrain.config.models import (
     Study,
     load_study,
     parse_distance,
@@ -23,9 +21,11 @@ from viscotrain.config import (
     point_name,
     with_fitted_fluid,
 )
-from viscotrain.process import use_one_core
-from viscotrain.simulation import triplet
-from viscotrain.trajectories import simulate, start_up_time
+from viscotrain.flow.process import use_one_core
+from viscotrain.jobs import datasets, progress, provenance
+from viscotrain.jobs.command import announce, reporting
+from viscotrain.studies.dns import triplet
+from viscotrain.studies.transient import simulate, start_up_time
 
 
 def main(
@@ -42,8 +42,10 @@ def main(
         until=start_up_time(study, deborah),
         report=print,
         checkpoint=checkpoint,
+        code=provenance.digest(provenance.TRANSIENT),
     )
-    datasets.write(result.assign({"sp": sp, "sf": sf}), output)
+    result = provenance.stamped(result.assign({"sp": sp, "sf": sf}), study.resolved_yaml())
+    datasets.write(result, output)
     if timing:
         Path(timing).parent.mkdir(parents=True, exist_ok=True)
         seconds = round(sum(step.seconds for step in steps), 3)

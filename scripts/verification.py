@@ -16,23 +16,27 @@ from pathlib import Path
 
 import xarray as xr
 
-from viscotrain import closure, datasets, trajectories, verification
-from viscotrain.command import reporting
-from viscotrain.config import (
+from viscotrain.config.models import (
     Study,
     load_study,
     parse_distance,
     parse_study,
     with_fitted_fluid,
 )
-from viscotrain.geometry import Geometry
-from viscotrain.interpolation import VelocityTable
-from viscotrain.process import use_one_core
+from viscotrain.flow.geometry import Geometry
+from viscotrain.flow.process import use_one_core
+from viscotrain.jobs import datasets, provenance
+from viscotrain.jobs.command import reporting
+from viscotrain.studies import closure, transient
+from viscotrain.studies.accuracy import KINDS, largest_difference
+from viscotrain.studies.convergence import convergence_rows
+from viscotrain.studies.start_up import compare_start_up
+from viscotrain.table.interpolation import VelocityTable
 
 
 def start_up(study: Study, output: Path, trajectory: str):
     """Quasi-steady velocities along a start-up."""
-    compared = verification.compare_start_up(study, xr.load_dataset(trajectory), report=print)
+    compared = compare_start_up(study, xr.load_dataset(trajectory), report=print)
     datasets.write(compared, output)
 
 
@@ -45,18 +49,25 @@ def closure_train(study: Study, output: Path, table: str, deborah: float):
     checkpoint = output.with_name(output.name + ".checkpoint.npz")
     checkpoint.parent.mkdir(parents=True, exist_ok=True)
     train = Geometry.train(study.confinement, settings.distances, study.dns.margin)
-    trajectory, _ = trajectories.simulate(
-        study, train, deborah, until=settings.duration, report=print, checkpoint=checkpoint
+    trajectory, _ = transient.simulate(
+        study,
+        train,
+        deborah,
+        until=settings.duration,
+        report=print,
+        checkpoint=checkpoint,
+        code=provenance.digest(provenance.TRANSIENT),
     )
+    trajectory = provenance.stamped(trajectory, study.resolved_yaml())
     if deborah == 0:
-        finer, _ = trajectories.simulate(
+        finer, _ = transient.simulate(
             closure.refined(study), train, deborah, until=settings.duration, report=print
         )
         trajectory = closure.with_refinement(trajectory, finer)
     velocities = VelocityTable.open(table).at(deborah)
-    start = trajectories.start_up_time(study, deborah)
+    start = transient.start_up_time(study, deborah)
     compared = closure.with_model(trajectory, velocities, start)
-    print(f"largest difference: {closure.largest_difference(compared):.3g} d")
+    print(f"largest difference: {largest_difference(compared):.3g} d")
     datasets.write(compared, output)
     checkpoint.unlink(missing_ok=True)
 
@@ -68,7 +79,7 @@ def closure_gap(study: Study, output: Path, gap: float):
 
 def convergence(study: Study, output: Path, kind: str, sp: float, sf: float):
     """One triplet with other settings of one kind."""
-    _write_csv(verification.convergence_rows(study, kind, sp, sf, report=print), output)
+    _write_csv(convergence_rows(study, kind, sp, sf, report=print), output)
 
 
 def _write_csv(table, output: Path):
@@ -86,7 +97,7 @@ def _command_line():
     parser.add_argument("--input", help="trajectory or velocity table")
     parser.add_argument("--deborah", type=float)
     parser.add_argument("--gap", type=float, help="in d")
-    parser.add_argument("--kind", choices=verification.KINDS)
+    parser.add_argument("--kind", choices=KINDS)
     parser.add_argument("--sp", type=parse_distance, help="in d")
     parser.add_argument("--sf", type=parse_distance, help="in d")
     parser.add_argument("output", type=Path, help="file to write")

@@ -11,9 +11,10 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from viscotrain import figures, verification_report
-from viscotrain.command import reporting
-from viscotrain.verification import KINDS
+from viscotrain.drawing import verification_figures
+from viscotrain.jobs import drawings
+from viscotrain.jobs.command import reporting
+from viscotrain.studies.accuracy import KINDS, accuracy
 
 
 def main(
@@ -36,12 +37,12 @@ def main(
         parts = [pd.read_csv(path) for path in convergence if Path(path).name.startswith(kind)]
         if parts:
             studies[kind] = pd.concat(parts, ignore_index=True)
-            figures.save(verification_report.convergence(studies[kind], kind), folder / kind)
+            drawings.save(verification_figures.convergence(studies[kind], kind), folder / kind)
     if start_ups:
-        figures.save(verification_report.start_up(start_ups), folder / "start_up")
+        drawings.save(verification_figures.start_up(start_ups), folder / "start_up")
     if trains:
-        figures.save(verification_report.closure(trains, spacing), folder / "closure")
-    text = verification_report.accuracy(xr.load_dataset(table), start_ups, trains, spacing, studies)
+        drawings.save(verification_figures.closure(trains, spacing), folder / "closure")
+    text = accuracy(xr.load_dataset(table), start_ups, trains, spacing, studies)
     (folder / "accuracy.md").write_text(text, encoding="utf-8")
     print(text)
 

@@ -6,7 +6,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is importe
 
 import pytest
 
-from viscotrain.fluid import DimensionlessFluid, Mode
+from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 
 
 @pytest.fixture

@@ -3,7 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from viscotrain.interpolation import PARTICLES, TripletVelocities
+from viscotrain.table.interpolation import TripletVelocities
+from viscotrain.words import PARTICLES
 
 SINGLE = 1.65  # Ubar
 PAPER_NODES = [1.05, 1.1, 1.2, 1.35, 1.6, 2, 2.5, 3.2, 4.2, 5.8, 8.2, 12, np.inf]

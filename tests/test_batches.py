@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 import scipy.sparse
 
-from viscotrain.axisymmetry import volume_integral
-from viscotrain.flow import Flow, Storage, momentum
-from viscotrain.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.flow.axisymmetry import volume_integral
+from viscotrain.flow.discretisation import Flow, Storage, momentum
+from viscotrain.flow.meshes import Geometry, MeshOptions, make_mesh
 
 
 @pytest.fixture(params=[2, 3, 4])

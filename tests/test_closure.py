@@ -8,9 +8,9 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 from synthetic import PAPER_NODES, constant, triplet
 
-from viscotrain import closure
-from viscotrain.config import load_study
-from viscotrain.interpolation import LEADING, MIDDLE, TRAILING
+from viscotrain.config.models import load_study
+from viscotrain.studies import accuracy, closure
+from viscotrain.words import LEADING, MIDDLE, TRAILING
 
 BETA = 0.2
 TIMES = np.linspace(0.0, 200.0, 21)
@@ -55,19 +55,19 @@ def test_the_model_begins_where_the_start_up_ends():
     np.testing.assert_allclose(model[5:], np.tile(moving[5], (16, 1)))
     change = moving[-1] - moving[5]
     expected = np.abs(np.cumsum(change)).max()
-    assert closure.largest_difference(compared) == pytest.approx(expected)
+    assert accuracy.largest_difference(compared) == pytest.approx(expected)
 
 
 def test_refinement_is_compared_at_the_end():
     coarse = direct(np.linspace([1.5, 2.0, 2.5], [1.7, 2.0, 2.1], TIMES.size))
     finer = direct(np.linspace([9.0, 9.0, 9.0], [1.701, 2.002, 2.1], 5))
-    found = closure.refinement_difference(closure.with_refinement(coarse, finer))
+    found = accuracy.refinement_difference(closure.with_refinement(coarse, finer))
     assert found == pytest.approx(3e-3)
 
 
 def test_without_time_after_the_start_up_there_is_nothing_to_compare():
     compared = closure.with_model(direct(np.full((21, 3), 2.0)), triplet(law=constant), 1e3)
-    assert np.isnan(closure.largest_difference(compared))
+    assert np.isnan(accuracy.largest_difference(compared))
 
 
 def test_three_spheres_are_a_triplet():

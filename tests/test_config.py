@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from viscotrain.config import (
+from viscotrain.config.models import (
     Study,
     check_geometries,
     geometry_name,

@@ -1,239 +1,197 @@
-"""Direct numerical simulation against exact, semi-analytic and published results.
-
-Tolerances are the accuracy that the project states for its default settings.
-"""
+"""What the dns stage stores: datasets, marked failures, fields."""
 
 import math
 from pathlib import Path
 
-import ngsolve
 import numpy as np
-import pandas as pd
 import pytest
+import xarray as xr
+import yaml
 
-from viscotrain import dns, newton
-from viscotrain.config import load_study
-from viscotrain.flow import Flow, copy
-from viscotrain.fluid import NEWTONIAN, DimensionlessFluid, Mode
-from viscotrain.geometry import Geometry
-from viscotrain.meshes import MeshOptions, make_mesh
-from viscotrain.pipe import pipe_flow
-from viscotrain.simulation import make_flow, solutions, solver_options, triplet
+from viscotrain.config.models import load_study, parse_study
+from viscotrain.jobs import datasets, provenance
+from viscotrain.studies import dns
+from viscotrain.words import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED, has_solution
 
 ROOT = Path(__file__).parents[1]
-REFERENCE = ROOT / "tests" / "reference"
-DEMO = load_study(ROOT / "config" / "config.yaml")
+TINY = load_study(ROOT / "config" / "tiny.yaml")
 
 
-def study(confinement=0.2, deborah=(0.0,), **dns_settings):
-    """The demo study, default resolution, with another sphere and other Deborah numbers."""
-    particle = DEMO.particle.model_copy(update={"diameter": confinement * DEMO.channel.diameter})
-    values = DEMO.deborah.model_copy(update={"values": deborah})
-    settings = DEMO.dns.model_copy(update=dns_settings)
-    return DEMO.model_copy(update={"particle": particle, "deborah": values, "dns": settings})
+def quiet(_):
+    pass
 
 
-def velocities(sp, sf, **options) -> np.ndarray:
-    """U (deborah, sphere) with default settings."""
-    config = study(**options)
-    found = [solution for _, solution in solutions(config, triplet(config, sp, sf))]
-    assert all(solution.solved for solution in found)
-    return np.array([list(solution.velocities.values()) for solution in found])
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory):
+    """The tiny study's triplet, as written and read again, and the folder of its VTU files."""
+    folder = tmp_path_factory.mktemp("dns")
+    lines = []
+    result, timing = dns.simulate(TINY, 1.5, 1.5, lines.append, vtu_folder=folder)
+    result = provenance.stamped(result, TINY.resolved_yaml())
+    datasets.write(result, folder / "result.nc")
+    return xr.load_dataset(folder / "result.nc"), timing, lines, folder
 
 
-def rows(name):
-    return list(pd.read_csv(REFERENCE / name, comment="#").itertuples(index=False))
+def test_dataset_is_complete_finite_and_described(solved):
+    result, *_ = solved
+    assert has_solution(result["status"]).all()
+    assert result["velocity"].dims == ("deborah", "particle")
+    for name in ("velocity", "pressure_gradient", "centreline_velocity", "residual"):
+        assert np.isfinite(result[name]).all(), name
+    for name, variable in result.data_vars.items():
+        assert variable.attrs["long_name"], name
+        if variable.dtype.kind == "f":
+            assert variable.attrs["units"], name
+    for coordinate in result.coords.values():
+        assert "_FillValue" not in coordinate.encoding or coordinate.dtype.kind != "f"
+    assert set(result.attrs) >= {"git_commit", "physics_digest", "software_versions"}
+    assert parse_study(yaml.safe_load(result.attrs["study_config"])) == TINY
 
 
-# ------------------------------------------------------------------------------ Newtonian fluid
-
-
-@pytest.mark.parametrize("row", rows("newtonian_triplet.csv"))
-def test_newtonian_triplet(row):
-    (U,) = velocities(row.sp, row.sf, confinement=row.confinement)
-    assert pytest.approx([row.U1, row.U2, row.U3], abs=1e-6) == U
-
-
-@pytest.mark.parametrize("row", rows("newtonian_pair.csv"))
-def test_newtonian_pair_keeps_its_distance(row):
-    (U,) = velocities(math.inf, row.spacing, confinement=row.confinement)
-    assert pytest.approx([row.velocity] * 2, abs=1e-6) == U
-    assert U[1] - U[0] == pytest.approx(0, abs=1e-7)
-
-
-@pytest.mark.parametrize("row", rows("newtonian_sphere.csv"))
-def test_newtonian_sphere(row):
-    (U,) = velocities(math.inf, math.inf, confinement=row.confinement)
-    assert pytest.approx([row.velocity], abs=1e-6) == U
-
-
-def test_newtonian_triplet_is_reversible():
-    """Turning the flow around mirrors the triplet."""
-    (U,), (mirrored,) = velocities(1.3, 2.1), velocities(2.1, 1.3)
-    assert pytest.approx(mirrored[::-1], abs=1e-7) == U
-
-
-def test_periodic_images_are_out_of_reach():
-    (U,), (longer,) = velocities(1.2, 1.6), velocities(1.2, 1.6, margin=3.0)
-    assert pytest.approx(longer, abs=1e-6) == U
-
-
-# ---------------------------------------------------------------------------- viscoelastic fluid
-
-
-def empty_tube(axis_size: float, wall_size: float, order: int, fluid) -> Flow:
-    geometry = Geometry(0.2, spheres=(), positions=(), length=0.4, reference=None)
-    options = MeshOptions(
-        wall_size=wall_size, axis_size=axis_size, sphere_elements=14, gap_elements=3
+def test_velocities_are_ordered_and_plausible(solved):
+    """Spheres on the axis are a little slower than the undisturbed centreline."""
+    result, *_ = solved
+    assert (result["velocity"] < result["centreline_velocity"]).all()
+    assert (result["velocity"] > 0.95 * result["centreline_velocity"]).all()
+    assert result["centreline_velocity"][0] == pytest.approx(2.0)
+    Newtonian = result["velocity"].sel(deborah=0)
+    assert Newtonian.sel(particle="trailing") == pytest.approx(
+        float(Newtonian.sel(particle="leading")), abs=1e-5
     )
-    return Flow(geometry, make_mesh(geometry, options, order=1), fluid, order)
 
 
-@pytest.mark.parametrize("resolution", ["default", "fine"])
-def test_tube_without_spheres_is_the_semi_analytic_flow(resolution, hyaluronic_acid):
-    """Pressure gradient on the default mesh; velocity at the axis, one point, on a finer one."""
-    default = DEMO.dns.axis_size, DEMO.dns.wall_size, DEMO.dns.velocity_order
-    sizes = {"default": default, "fine": (0.025, 0.05, 4)}
-    reference = rows("giesekus_pipe.csv")
-    flow = empty_tube(*sizes[resolution], hyaluronic_acid)
-    De = [row.deborah for row in reference]
-    for row, solution in zip(reference, dns.solve(flow, De, solver_options(DEMO)), strict=True):
-        assert solution.pressure_gradient == pytest.approx(row.pressure_gradient, rel=1e-4)
-        if resolution == "fine":
-            centreline = solution.flow.fields().u.z(solution.flow.mesh(0.17, 0.0))
-            assert centreline == pytest.approx(row.centreline, abs=1e-4)
-            exact = pipe_flow(hyaluronic_acid, row.deborah)
-            assert centreline == pytest.approx(exact.centreline_velocity, abs=1e-4)
+def test_both_deborah_numbers_are_stored(solved):
+    result, *_ = solved
+    mean = TINY.dimensionless_fluid.mean_relaxation_time
+    assert result["deborah_longest_mode"].values == pytest.approx([0, 1])
+    assert result["deborah_mean_relaxation_time"].values == pytest.approx([0, mean])
 
 
-@pytest.mark.slow
-def test_single_sphere_agrees_with_two_other_codes():
-    """U of one sphere, beta = 0.2, tube of 4 D, converged by two independent codes to 1e-6."""
-    converged = {0.5: 1.829855, 1.0: 1.770559, 2.0: 1.695214, 5.0: 1.653117}
-    U = velocities(math.inf, math.inf, deborah=tuple(converged))[:, 0]
-    assert pytest.approx(list(converged.values()), abs=4e-6) == U
+def test_the_log_has_a_line_per_deborah_number(solved):
+    _, timing, lines, _ = solved
+    assert len(lines) == len(TINY.deborah.values) == len(timing)
+    for De, line in zip(TINY.deborah.values, lines, strict=True):
+        assert line.startswith(f"De {De:g}:")
+        assert "iterations" in line and "residual" in line and "CPU s" in line
 
 
-def test_relative_velocity_of_a_pair_begins_linearly_in_deborah():
-    """Memory alone moves a pair: halving De halves it, within the next order, De of 1 %."""
-    relative = np.diff(velocities(math.inf, 1.5, deborah=(0.005, 0.01)))[:, 0]
-    assert 1.9 < relative[1] / relative[0] < 2.1
-    assert abs(relative[1]) > 1e-6  # well above the error of the simulation
+def test_missing_spheres_have_no_velocity_of_their_own():
+    result, _ = dns.simulate(TINY, math.inf, 1.5, quiet)
+    assert np.isnan(result["velocity"].sel(particle="trailing")).all()
+    assert np.isfinite(result["velocity"].sel(particle=["middle", "leading"])).all()
 
 
-def test_oldroyd_b_drag_on_a_sphere_in_a_two_to_one_tube():
-    """K = F/(6 pi eta_0 a U), eta_s = eta_0/2, De = lambda U/a.
-
-    Lunsmann, Genieser, Armstrong & Brown, J. Non-Newtonian Fluid Mech. 48, 1993, 63. The wall
-    moves backwards with the velocity 1 and the fluid has no flux relative to it.
-    """
-    published = {0.0: 5.9474, 0.3: 5.694, 0.6: 5.412}
-    fluid = DimensionlessFluid(0.5, (Mode(0.5, 1.0, 0.0),))
-    geometry = Geometry.triplet(0.5, math.inf, math.inf, margin=3.0)
-    options = MeshOptions(wall_size=0.1, axis_size=0.05, sphere_elements=24, gap_elements=3)
-    flow = Flow(geometry, make_mesh(geometry, options, 4), fluid, 4, mean_velocity=0.0)
-    wall = flow.unknown_of("wall")
-    flow.state.vec[wall] = -1.0
-    flow.free[wall] = flow.free_newtonian[wall] = False
-    a = geometry.radius
-    for De, K in published.items():
-        flow.deborah.Set(De * a)
-        form, free = (flow.viscoelastic, flow.free) if De else (flow.newtonian, flow.free_newtonian)
-        iteration = newton.ModifiedNewton(form, free)
-        result = iteration.solve(flow.state, tolerance=1e-8, max_iterations=20)
-        assert result.converged
-        residual = flow.state.vec.CreateVector()
-        form.Apply(flow.state.vec, residual)
-        force_on_wall = 2 * math.pi * residual[wall]  # opposite to the drag on the sphere
-        assert -force_on_wall / (6 * math.pi * a) == pytest.approx(K, abs=1e-3)
+def test_errors_are_stored_by_the_pairs_that_are_there():
+    third = TINY.dns.model_copy(update={"velocity_order": 3, "accuracy": 1.0})
+    study = TINY.model_copy(update={"dns": third})
+    result, _ = dns.simulate(study, math.inf, 1.5, quiet)
+    error = result["relative_velocity_error"]
+    assert np.isnan(error.sel(pair="middle-trailing")).all()
+    assert (error.sel(pair="leading-middle") > 0).all()
+    assert (result["velocity_error"] > 0).all()
+    assert (result["status"] == SOLVED).all()
+    assert set(result["reason"].values) == {""}
 
 
-def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
-    flow = make_flow(DEMO, triplet(DEMO, math.inf, 1.5))
-    (solution,) = dns.solve(flow, [0.5], solver_options(DEMO))
-    assert solution.solved
-    raised = flow.variant(hyaluronic_acid, 4)
-    before = flow.sphere_velocities(), flow.pressure_gradient()
-    flow.embed(copy(flow.state.vec), raised)
-    assert raised.sphere_velocities() == pytest.approx(before[0], abs=1e-12)
-    assert raised.pressure_gradient() == pytest.approx(before[1], abs=1e-10)
-    for mine, other in zip(flow.fields().psi[0], raised.fields().psi[0], strict=True):
-        difference = ngsolve.Integrate((mine - other) ** 2, flow.mesh)
-        assert difference == pytest.approx(0, abs=1e-20)
+def test_a_point_that_is_not_accurate_is_solved_and_marked():
+    rough = TINY.dns.model_copy(
+        update={
+            "velocity_order": 3,
+            "accuracy": 1e-12,
+            "relative_accuracy": 0.0,
+            "max_elements": 1,
+        }
+    )
+    lines = []
+    study = TINY.model_copy(update={"dns": rough})
+    result, _ = dns.simulate(study, math.inf, 1.5, lines.append)
+    assert (result["status"] == INACCURATE).all()
+    assert np.isfinite(result["velocity"].sel(particle="middle")).all()
+    assert all("NOT ACCURATE" in line for line in lines)
+    assert "estimated error" in str(result["reason"][1].item())
 
 
-def test_newtonian_fluid_without_modes_needs_no_conformation():
-    flow = make_flow(DEMO, triplet(DEMO, math.inf, math.inf)).variant(NEWTONIAN, 3)
-    assert flow.fields().psi == []
+def test_no_unique_flow_is_named():
+    """A mobility above 1/2 with hardly any solvent: shear stress decreases with the rate."""
+    modes = (TINY.fluid.modes[0].model_copy(update={"mobility": 0.95}),)
+    fluid = TINY.fluid.model_copy(update={"modes": modes, "solvent_viscosity": 1e-4})
+    failing = TINY.dns.model_copy(update={"max_iterations": 1})
+    study = TINY.model_copy(update={"fluid": fluid, "dns": failing}).at([5.0])
+    assert math.isnan(dns.undisturbed(study, 5.0).centreline_velocity)
+    result, _ = dns.simulate(study, math.inf, math.inf, quiet)
+    assert "no unique steady flow: shear stress" in str(result["reason"][0].item())
 
 
-# ---------------------------------------------------------------------------------- accuracy
+def test_failure_is_a_result():
+    """One iteration cannot converge: NaN, a status and a reason, and no exception."""
+    failing = TINY.dns.model_copy(update={"max_iterations": 1})
+    result, timing = dns.simulate(TINY.model_copy(update={"dns": failing}), 1.5, 1.5, quiet)
+    assert result["status"].values.tolist() == [NOT_CONVERGED, NOT_ATTEMPTED]
+    assert np.isnan(result["velocity"]).all()
+    reason = str(result["reason"][0].item())
+    assert reason.startswith("not resolved at De = 0, on ")
+    assert "no convergence" in reason and "dns.max_iterations" in reason
+    assert "smaller De" in str(result["reason"][1].item())
+    assert len(timing) == 1
 
 
-COARSE = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
+def test_vtu_files_open_in_pyvista(solved):
+    pyvista = pytest.importorskip("pyvista")
+    *_, folder = solved
+    result, *_ = solved
+    grid = pyvista.read(folder / "De1.vtu")
+    assert {"velocity_z", "pressure", "stress_zz", "stress_zr"} <= set(grid.point_data)
+    speed = grid.point_data["velocity_z"]
+    # 0 at the wall, the centreline at most; the pointwise error at the axis is 1e-2 on this mesh
+    assert speed.min() == pytest.approx(0, abs=1e-6)
+    assert speed.max() == pytest.approx(float(result["centreline_velocity"][1]), abs=2e-2)
 
 
-def test_what_is_found_does_not_depend_on_the_other_deborah_numbers():
-    found = []
-    for deborahs in ((0.5, 2.0), (2.0,)):
-        config = study(deborah=deborahs, accuracy=1e-3, **COARSE)
-        *_, (_, last) = solutions(config, triplet(config, math.inf, 1.5))
-        found.append(last)
-    both, alone = found
-    assert both.flow.mesh.ne == alone.flow.mesh.ne
-    relative = [np.diff(list(each.velocities.values())) for each in found]
-    assert pytest.approx(relative[1], abs=1e-6) == relative[0]
+def test_sampled_fields_have_the_flow_in_them():
+    field = dns.field(TINY, 1.5, 1.5, 1.0, quiet)
+    z, r = field["z"].values, field["r"].values
+    corners = field["triangles"].values
+    (z1, z2, z3), (r1, r2, r3) = z[corners].T, r[corners].T
+    area = np.abs((z2 - z1) * (r3 - r1) - (z3 - z1) * (r2 - r1)) / 2
+    length, a = float(field["length"]), float(field["confinement"]) / 2
+    exact = length / 2 - 3 * math.pi * a**2 / 2
+    assert area.sum() == pytest.approx(exact, rel=1e-3)  # chords of the curved elements
+    wall = np.isclose(r, 0.5)
+    assert np.abs(field["velocity_z"].values[wall]).max() < 1e-9
+    # near the wall shear makes a tension along the flow, tau_zz > 0, and drags it, tau_zr < 0
+    assert (field["stress_zz"].values[wall] > 0).all()
+    assert (field["stress_zr"].values[wall] < 0).all()
 
 
-def test_meshes_are_refined_until_the_estimate_is_small():
-    found = []
-    for accuracy in (1e-2, 5e-5):
-        config = study(deborah=(2.0,), accuracy=accuracy, relative_accuracy=0.0, **COARSE)
-        ((_, solution),) = solutions(config, triplet(config, math.inf, 1.5))
-        assert solution.accurate
-        assert solution.estimated_error == max(solution.error.relative) <= accuracy
-        found.append(solution)
-    coarse, fine = found
-    assert coarse.flow.mesh.ne < fine.flow.mesh.ne
-    difference = np.subtract(*(np.diff(list(each.velocities.values())) for each in found))
-    assert abs(difference) < coarse.estimated_error
+# ------------------------------------------------------------------------------- same flows
 
 
-def test_too_few_elements_give_a_solution_that_is_not_accurate():
-    few = study(deborah=(1.0,), accuracy=1e-9, relative_accuracy=0.0, max_elements=1, **COARSE)
-    ((_, solution),) = solutions(few, triplet(few, math.inf, 1.5))
-    assert solution.solved and not solution.accurate
-    assert solution.estimated_error > 1e-9
-    assert set(solution.velocities) == {"middle", "leading"}
+def velocities(study, sp, sf):
+    """U by De and particle, of a direct solution at every De."""
+    found = [s.velocities for _, s in dns.solutions(study, dns.triplet(study, sp, sf))]
+    assert len(found) == len(study.deborah.values)
+    return found
 
 
-# ------------------------------------------------------------------------------------ continuation
+def test_a_pair_has_the_same_velocities_under_both_names():
+    behind, ahead = velocities(TINY, 1.5, math.inf), velocities(TINY, math.inf, 1.5)
+    for first, second in zip(behind, ahead, strict=True):
+        assert first["trailing"] == pytest.approx(second["middle"], abs=1e-8)
+        assert first["middle"] == pytest.approx(second["leading"], abs=1e-8)
 
 
-def test_steps_that_fail_are_halved():
-    """A first guess that is too far is refused; the result is that of small steps."""
-    coarse = {"velocity_order": 2, "wall_size": 0.25}
-    few = study(deborah=(2.0,), max_iterations=5, deborah_step=50.0, **coarse)
-    many = study(deborah=(0.5, 1.0, 2.0), **coarse)
-    *_, (_, hard) = solutions(few, triplet(few, math.inf, math.inf))
-    *_, (_, easy) = solutions(many, triplet(many, math.inf, math.inf))
-    assert hard.solved
-    assert hard.velocities["middle"] == pytest.approx(easy.velocities["middle"], abs=1e-7)
+def test_the_mirror_image_has_the_same_velocities_without_elasticity():
+    study = TINY.at([0.0])
+    (near,), (far,) = velocities(study, 1.2, 2.5), velocities(study, 2.5, 1.2)
+    assert near["trailing"] == pytest.approx(far["leading"], abs=2e-7)
+    assert near["middle"] == pytest.approx(far["middle"], abs=2e-7)
+    assert near["leading"] == pytest.approx(far["trailing"], abs=2e-7)
 
 
-def test_a_point_that_does_not_converge_ends_the_path_with_a_reason():
-    hopeless = study(deborah=(0.0, 1.0, 2.0), max_iterations=1)
-    found = list(solutions(hopeless, triplet(hopeless, 1.5, 1.5)))
-    assert [solution.solved for _, solution in found] == [False]
-    assert "no convergence" in found[-1][1].convergence.reason
-
-
-def test_where_the_ladder_is_stuck_the_mesh_of_the_start_is_taken_in_short_steps(monkeypatch):
-    config = study(deborah=(2.0,), **COARSE)
-    pair = triplet(config, math.inf, 1.5)
-    ((_, expected),) = solutions(study(deborah=(2.0,), accuracy=1.0, **COARSE), pair)
-    stuck = dns._Outcome(newton.Convergence(updates=[1.0], reason="stuck"), 1)
-    monkeypatch.setattr(dns._Ladder, "at", lambda ladder, De: (ladder._top, stuck))
-    ((_, solution),) = solutions(config, pair)
-    assert solution.solved and solution.fallback and not expected.fallback
-    assert solution.velocities == pytest.approx(expected.velocities, abs=1e-6)
+def test_a_file_holds_the_deborah_numbers_at_which_it_is_needed():
+    axis = (1.2, 1.5, math.inf)
+    table = TINY.table.model_copy(update={"sp": axis, "sf": axis})
+    study = TINY.model_copy(update={"table": table})
+    result, timing = dns.simulate(study, 1.5, 1.2, quiet)
+    assert result["deborah"].values.tolist() == [1.0]
+    assert timing["deborah"].tolist() == [1.0]

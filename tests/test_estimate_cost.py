@@ -22,8 +22,7 @@ from estimate_cost import (
     work_of,
 )
 
-from viscotrain import provenance
-from viscotrain.config import (
+from viscotrain.config.models import (
     Study,
     geometry_name,
     load_study,
@@ -31,8 +30,9 @@ from viscotrain.config import (
     simulated_deborahs,
     train_name,
 )
-from viscotrain.simulation import make_flow, triplet
-from viscotrain.table import INACCURATE
+from viscotrain.jobs import provenance
+from viscotrain.studies.dns import make_flow, triplet
+from viscotrain.words import INACCURATE
 
 ROOT = Path(__file__).parent.parent
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from netgen.geom2d import unit_square
 
-from viscotrain import factorisation, newton
-from viscotrain.factorisation import FactorisationError
+from viscotrain.flow import factorisation, newton
+from viscotrain.flow.factorisation import FactorisationError
 
 
 @pytest.fixture

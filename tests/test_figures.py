@@ -13,9 +13,12 @@ from matplotlib.text import Text
 from scipy.spatial import Delaunay
 from synthetic import DEMO_NODES, SINGLE, dns_result, relative, triplet
 
-from viscotrain import datasets, figures, trains
-from viscotrain.interpolation import VelocityTable
-from viscotrain.table import INACCURATE, check_errors, combine
+from viscotrain.drawing import conventions, figures, stress_field, train_figures
+from viscotrain.jobs import datasets, drawings
+from viscotrain.table.assembly import check_errors, combine
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import recording
+from viscotrain.words import INACCURATE
 
 ROOT = Path(__file__).parents[1]
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
@@ -25,7 +28,7 @@ HOLES = {(1.0, 1.5, 2.5), (1.0, INF, 4.5)}
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch):
     """Interpolants on fewer points: a drawing takes a tenth of the time."""
-    monkeypatch.setattr(figures, "GRID", 41)
+    monkeypatch.setattr(conventions, "GRID", 41)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +60,7 @@ def velocity_table(unsolved=frozenset()):
 
 
 def synthetic_train(passages, repeats=2):
-    return trains.run(
+    return recording.run(
         triplet(law=lambda sp, sf: SINGLE + 20 * (triplet()(sp, sf) - SINGLE)),
         confinement=BETA,
         volume_fraction=0.01,
@@ -159,7 +162,7 @@ def test_holes_are_crosses_and_nothing_is_drawn_in_between(table_with_holes):
     assert int(np.isnan(nodes).sum()) == 2 * len(HOLES)
     for panel in (axes for axes in figure.axes if axes.get_title("left")):
         crosses = [line.get_xydata()[0] for line in panel.lines if line.get_marker() == "x"]
-        expected = figures.distance_coordinate([where for _, *where in sorted(HOLES)])
+        expected = conventions.distance_coordinate([where for _, *where in sorted(HOLES)])
         np.testing.assert_array_equal(sorted(map(tuple, crosses)), sorted(map(tuple, expected)))
     assert "hole: no solution" in texts(figure)
 
@@ -197,7 +200,7 @@ def test_pair_velocity_has_bands_of_the_interpolation_error(table):
     bands = [band.get_paths()[0].get_extents() for band in axes.collections]
     assert len(bands) == len(DEBORAH)
     for band in bands:
-        assert band.x0 >= figures.distance_coordinate(min(DEMO_NODES)) - 1e-12
+        assert band.x0 >= conventions.distance_coordinate(min(DEMO_NODES)) - 1e-12
     exact = table.drop_vars([name for name in table.variables if name.startswith("check")])
     assert not figures.pair_velocity(exact, BETA).figure.axes[0].collections
 
@@ -228,7 +231,7 @@ def test_pair_velocity_of_a_table_with_holes_has_crosses_and_no_curve(table_with
     (hole,) = own[own["kind"] == "hole"]["distance_d"]
     assert hole == 4.5
     drawn = [line for line in lines(figure, marker="x") if len(line.get_xdata())]
-    assert drawn[0].get_xdata().tolist() == figures.distance_coordinate([4.5]).tolist()
+    assert drawn[0].get_xdata().tolist() == conventions.distance_coordinate([4.5]).tolist()
     assert "hole" in texts(figure)
 
 
@@ -236,7 +239,7 @@ def test_stress_field_is_the_visible_part_of_the_field(field):
     figure, data = figures.stress_field(field)
     assert data.sizes["point"] < field.sizes["point"]  # the box is longer than the picture
     z = data["z"].values
-    assert z.min() < data["sphere_position"].min() - figures.FIELD_MARGIN + 0.1
+    assert z.min() < data["sphere_position"].min() - stress_field.FIELD_MARGIN + 0.1
     for corners in ("triangles", "edges"):
         assert data[corners].min() >= 0 and data[corners].max() < data.sizes["point"]
     trace = field["stress_zz"] + field["stress_rr"] + field["stress_tt"]
@@ -302,7 +305,7 @@ def test_train_is_one_line_per_sphere(train):
 def test_pieces_of_lines_join_and_know_who_touches():
     z = np.arange(5.0)
     y = np.array([[0, 0, 0, 0, 0], [-3, -2, -1, -1, -1], [-6, -6, -6, -6, -6.0]])
-    alone, touching = figures._pieces(z, y)
+    alone, touching = train_figures._pieces(z, y)
     assert [piece[:, 0].tolist() for piece in touching] == [[2, 3, 4], [2, 3, 4]]
     assert [piece[:, 0].tolist() for piece in alone] == [[0, 1, 2], [0, 1, 2], [0, 1, 2, 3, 4]]
 
@@ -313,7 +316,7 @@ def test_pieces_of_lines_join_and_know_who_touches():
 def test_files_are_written_and_read_back_the_same_byte_for_byte(table, tmp_path):
     for folder in ("a", "b"):
         for name in ("relative_velocities_De1", "pair_velocity"):
-            figures.save(figures.draw(name, table, BETA), tmp_path / folder / name)
+            drawings.save(figures.draw(name, table, BETA), tmp_path / folder / name)
     first = sorted((tmp_path / "a").iterdir())
     assert [path.name for path in first] == [
         "pair_velocity.csv",
@@ -335,7 +338,7 @@ def test_files_are_written_and_read_back_the_same_byte_for_byte(table, tmp_path)
 
 def test_names_with_a_decimal_point_keep_it(train, tmp_path):
     name = "train_De0.5_phi0.004"
-    paths = figures.save(figures.draw(name, train, BETA), tmp_path / name)
+    paths = drawings.save(figures.draw(name, train, BETA), tmp_path / name)
     assert [path.name for path in paths] == [f"{name}.png", f"{name}.pdf", f"{name}.nc"]
     assert all(path.stat().st_size for path in paths)
 

@@ -13,8 +13,7 @@ import xarray as xr
 import yaml
 from matplotlib.text import Text
 
-from viscotrain import datasets, figures, fluid_data, fluid_fit
-from viscotrain.config import (
+from viscotrain.config.models import (
     FluidConfig,
     data_files,
     fitted_fluid_file,
@@ -22,10 +21,12 @@ from viscotrain.config import (
     parse_study,
     with_fitted_fluid,
 )
+from viscotrain.drawing.rheology_figure import rheology
 from viscotrain.errors import ConfigError, DataError, FluidError
-from viscotrain.fluid import Mode
-from viscotrain.fluid_fit import Fluid, fit, model
-from viscotrain.rheology_figure import rheology
+from viscotrain.fluid import fluid_fit, measurements
+from viscotrain.fluid.fluid_fit import Fluid, fit, model
+from viscotrain.fluid.parameters import Mode
+from viscotrain.jobs import datasets, drawings
 
 ROOT = Path(__file__).parent.parent
 HYALURONIC_ACID = Fluid(0.051, (Mode(0.257, 0.0752, 0.283), Mode(0.254, 0.00848, 0.49)))
@@ -40,7 +41,7 @@ def rates(per_decade, low=0.1, high=1e4):
 
 def csv_text(fluid, quantities, x, noise=0.0, rng=None):
     """A file of measurements at the same rates x of a fluid whose logarithms have some noise."""
-    abscissa = fluid_data.COLUMNS[quantities[0]].abscissa
+    abscissa = measurements.COLUMNS[quantities[0]].abscissa
     columns = [x]
     for quantity in quantities:
         error = noise * rng.normal(size=x.size) if noise else 0.0
@@ -93,7 +94,7 @@ def test_table_i_is_found_again_in_noise(seed, tmp_path):
     points does not reach 15 % of the mobility of the slow mode.
     """
     files = measured(tmp_path, per_decade=20, noise=NOISE, seed=seed)
-    found = fit(fluid_data.read(files)).chosen
+    found = fit(measurements.read(files)).chosen
     assert len(found.fluid.modes) == 2
     error = np.abs(parameters(found.fluid) / parameters(HYALURONIC_ACID) - 1)
     mobility = [name.endswith("mobility") for name in found.names]
@@ -104,7 +105,7 @@ def test_table_i_is_found_again_in_noise(seed, tmp_path):
 
 @pytest.mark.parametrize("fluid", [HYALURONIC_ACID, ONE_MODE, OLDROYD_B, Fluid(0.3)])
 def test_exact_data_give_the_fluid(fluid, tmp_path):
-    result = fit(fluid_data.read(measured(tmp_path, fluid)))
+    result = fit(measurements.read(measured(tmp_path, fluid)))
     found = result.chosen
     assert len(found.fluid.modes) == len(fluid.modes)
     # the files have ten digits; a mobility at its limit 0 is approached from inside
@@ -124,7 +125,7 @@ def test_uncertainties_are_those_of_repeated_measurements(tmp_path):
     scores = []
     for seed in range(16):
         files = measured(tmp_path, per_decade=10, noise=NOISE, seed=seed)
-        found = fit(fluid_data.read(files), modes=2).chosen
+        found = fit(measurements.read(files), modes=2).chosen
         logarithmic = np.array([not name.endswith("mobility") for name in found.names])
         true = parameters(HYALURONIC_ACID)
         deviation = np.where(logarithmic, np.log(found.values / true), found.values - true)
@@ -138,7 +139,7 @@ def test_uncertainty_of_a_mean_by_hand(tmp_path):
     eta = np.array([0.9, 1.1, 1.0, 1.2, 0.8, 1.05])
     rows = [f"{rate},{value}" for rate, value in zip(rates(1, 1, 1e5), eta, strict=True)]
     path.write_text("shear_rate,viscosity\n" + "\n".join(rows), encoding="utf-8")
-    found = fit(fluid_data.read([path]), modes=0).chosen
+    found = fit(measurements.read([path]), modes=0).chosen
     assert found.fluid.solvent_viscosity == pytest.approx(np.exp(np.log(eta).mean()), rel=1e-6)
     assert found.uncertainties == pytest.approx([np.log(eta).std(ddof=1) / 6**0.5], rel=1e-5)
     squares = np.sum((np.log(eta) - np.log(eta).mean()) ** 2)
@@ -149,7 +150,7 @@ def test_known_solvent_is_not_fitted(tmp_path):
     """Where rates do not reach the solvent, it has to be known."""
     spans = {"frequency": (0.1, 100.0), "rate": (0.1, 100.0)}
     fluid = Fluid(0.001, ONE_MODE.modes)
-    data = fluid_data.read(measured(tmp_path, fluid, noise=NOISE, **spans))
+    data = measurements.read(measured(tmp_path, fluid, noise=NOISE, **spans))
     with pytest.raises(
         DataError, match=r"(?s)1 mode:\n  solvent_viscosity: .*known fluid\.solvent"
     ):
@@ -162,7 +163,7 @@ def test_known_solvent_is_not_fitted(tmp_path):
 
 
 def test_modes_are_in_order_whatever_the_start(tmp_path):
-    found = fit(fluid_data.read(measured(tmp_path)), modes=2).chosen
+    found = fit(measurements.read(measured(tmp_path)), modes=2).chosen
     times = [mode.relaxation_time for mode in found.fluid.modes]
     assert times == sorted(times, reverse=True)
     assert found.values.tolist() == pytest.approx(parameters(found.fluid).tolist())
@@ -174,12 +175,12 @@ def test_one_modulus_and_viscosities_are_enough(tmp_path):
     loss = tmp_path / "loss.csv"
     loss.write_text(csv_text(HYALURONIC_ACID, ("loss_modulus",), x), encoding="utf-8")
     shear = measured(tmp_path, frequency=None)
-    found = fit(fluid_data.read([loss, *shear]), modes=2).chosen
+    found = fit(measurements.read([loss, *shear]), modes=2).chosen
     assert parameters(found.fluid) == pytest.approx(parameters(HYALURONIC_ACID), rel=1e-4)
 
 
 def test_correlation_is_a_correlation(tmp_path):
-    found = fit(fluid_data.read(measured(tmp_path, noise=NOISE)), modes=2).chosen
+    found = fit(measurements.read(measured(tmp_path, noise=NOISE)), modes=2).chosen
     assert np.diag(found.correlation) == pytest.approx(np.ones(7))
     assert np.abs(found.correlation).max() <= 1 + 1e-12
     assert np.linalg.eigvalsh(found.correlation).min() > 0
@@ -194,7 +195,7 @@ def test_correlation_is_a_correlation(tmp_path):
 def test_refuses_fewer_points_than_parameters(tmp_path):
     text = "shear_rate,viscosity\n0.1,1\n1,0.9\n10,0.5\n100,0.2\n"
     (tmp_path / "few.csv").write_text(text, encoding="utf-8")
-    data = fluid_data.read([tmp_path / "few.csv"])
+    data = measurements.read([tmp_path / "few.csv"])
     message = "found 4 measured numbers; allowed: at least 5, more than the 4 parameters of a fluid"
     with pytest.raises(DataError, match=f"{message} with 1 mode$"):
         fit(data, modes=1)
@@ -204,23 +205,23 @@ def test_refuses_a_narrow_range(tmp_path):
     files = measured(tmp_path, per_decade=40, frequency=(10, 50), rate=(12, 60))
     message = r"rates from 10 to 6\d.* 1/s were measured, 0\.8 decades; allowed: at least 1"
     with pytest.raises(DataError, match=message):
-        fit(fluid_data.read(files))
+        fit(measurements.read(files))
 
 
 def test_refuses_moduli_without_viscosities(tmp_path):
     with pytest.raises(DataError, match="no viscosity was measured; allowed: moduli with visc"):
-        fit(fluid_data.read(measured(tmp_path, rate=None)))
+        fit(measurements.read(measured(tmp_path, rate=None)))
 
 
 def test_refuses_a_storage_modulus_without_modes(tmp_path):
     with pytest.raises(DataError, match="found a storage modulus; allowed: at least one mode"):
-        fit(fluid_data.read(measured(tmp_path)), modes=0)
+        fit(measurements.read(measured(tmp_path)), modes=0)
 
 
 def test_refuses_more_modes_than_the_data_show(tmp_path):
     files = measured(tmp_path, ONE_MODE, noise=NOISE)
     with pytest.raises(DataError) as caught:
-        fit(fluid_data.read(files), modes=3)
+        fit(measurements.read(files), modes=3)
     message = str(caught.value)
     assert message.startswith("the data do not determine a fluid with 3 modes:\n  modes[")
     assert "allowed: fewer modes (fluid.fit.modes)" in message
@@ -231,7 +232,7 @@ def test_refuses_a_plateau_that_hides_the_relaxation_time(tmp_path):
     spans = {"frequency": (0.1, 1.5), "rate": (0.1, 1.5)}
     files = measured(tmp_path, noise=NOISE, **spans)
     with pytest.raises(DataError, match=r"do not determine a fluid .*\n  .*(uncertainty|limit)"):
-        fit(fluid_data.read(files))
+        fit(measurements.read(files))
 
 
 @pytest.mark.parametrize("factor", [1e3, 1 / (2 * math.pi)], ids=["mPa s", "Hz"])
@@ -246,7 +247,7 @@ def test_refuses_other_units_in_one_file(factor, tmp_path):
         row[column] *= factor
     path.write_text("\n".join([head, *(",".join(map(str, row)) for row in cells)]))
     with pytest.raises(DataError, match=r"misses the data by \d+ % \(rms\); allowed: 25 %.*Hz"):
-        fit(fluid_data.read(files))
+        fit(measurements.read(files))
 
 
 # ------------------------------------------------------------------------------------ bad files
@@ -374,7 +375,7 @@ def test_bad_file_is_named_with_its_line(content, line, problem, tmp_path):
     path = tmp_path / "bad.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(DataError) as caught:
-        fluid_data.read([path])
+        measurements.read([path])
     where = str(path) if line is None else f"{path}, line {line}"
     first, *rest = str(caught.value).splitlines()
     assert first == "measured data: 1 problem"
@@ -387,7 +388,7 @@ def test_one_message_lists_the_problems_of_all_files(tmp_path):
     (tmp_path / "b.csv").write_text(OSCILLATION + "1,2\n", encoding="utf-8")
     paths = [tmp_path / name for name in ("a.csv", "b.csv", "c.csv")]
     with pytest.raises(DataError) as caught:
-        fluid_data.read(paths)
+        measurements.read(paths)
     message = str(caught.value)
     assert message.startswith("measured data: 4 problems\n")
     found = re.findall(r"(\w\.csv), line (\d)|(c\.csv): cannot be read: No such file", message)
@@ -397,9 +398,9 @@ def test_one_message_lists_the_problems_of_all_files(tmp_path):
 def test_a_long_list_of_problems_is_cut(tmp_path):
     (tmp_path / "a.csv").write_text(SHEAR + "1,x\n" * 50, encoding="utf-8")
     with pytest.raises(DataError) as caught:
-        fluid_data.read([tmp_path / "a.csv"])
+        measurements.read([tmp_path / "a.csv"])
     lines = str(caught.value).splitlines()
-    assert len(lines) == 2 + fluid_data.MOST_PROBLEMS
+    assert len(lines) == 2 + measurements.MOST_PROBLEMS
     assert lines[-1] == "  ... and 30 more"
 
 
@@ -409,7 +410,7 @@ def test_comments_byte_order_mark_and_empty_cells_are_fine(tmp_path):
         "2, 1,0.5,\r\n\r\n1,3,,\r\n,,0.7,9\r\n"
     )
     (tmp_path / "a.csv").write_text(text, encoding="utf-8", newline="")
-    data = fluid_data.read([tmp_path / "a.csv"])
+    data = measurements.read([tmp_path / "a.csv"])
     found = data[["line", "quantity", "abscissa", "measured"]].values.tolist()
     assert found == [[3, "viscosity", 1, 2], [5, "viscosity", 3, 1], [6, "loss_modulus", 0.7, 9]]
 
@@ -420,7 +421,7 @@ def test_comments_byte_order_mark_and_empty_cells_are_fine(tmp_path):
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory):
     files = measured(tmp_path_factory.mktemp("data"), noise=NOISE)
-    return fit(fluid_data.read(files))
+    return fit(measurements.read(files))
 
 
 def test_yaml_is_a_section_of_a_config(fitted):
@@ -548,7 +549,7 @@ def test_data_are_relative_to_the_config_file(tmp_path, monkeypatch):
 def test_the_example_is_fitted_and_says_that_it_is_synthetic():
     path = ROOT / "config" / "synthetic_rheology.csv"
     assert path.read_text(encoding="utf-8").startswith("# Synthetic, not measured")
-    found = fit(fluid_data.read([path]), modes=2).chosen
+    found = fit(measurements.read([path]), modes=2).chosen
     assert not found.undetermined
     deviation = np.abs(parameters(found.fluid) / parameters(HYALURONIC_ACID) - 1)
     assert deviation.max() < 0.15
@@ -609,8 +610,8 @@ def test_figure_is_written_with_its_data(tmp_path):
     study = load_study(ROOT / "config" / "paper.yaml")
     assert study.shear_rates()[5.0] == pytest.approx(5 / 0.0752)
     drawing = rheology(study.fluid, rates=study.shear_rates())
-    paths = figures.save(drawing, tmp_path / "rheology")
+    paths = drawings.save(drawing, tmp_path / "rheology")
     assert [path.name for path in paths] == ["rheology.png", "rheology.pdf", "rheology.csv"]
-    again = figures.save(rheology(study.fluid, rates=study.shear_rates()), tmp_path / "again")
+    again = drawings.save(rheology(study.fluid, rates=study.shear_rates()), tmp_path / "again")
     for one, other in zip(paths, again, strict=True):
         assert one.read_bytes() == other.read_bytes()

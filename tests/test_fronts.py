@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from viscotrain.fronts import Dissection, FrontalFactors, SingularError
+from viscotrain.flow.fronts import Dissection, FrontalFactors, SingularError
 
 SIDE = 9  # elements
 

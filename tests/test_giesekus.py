@@ -9,9 +9,9 @@ from netgen.geom2d import unit_square
 from ngsolve import CoefficientFunction
 from scipy.linalg import expm, expm_frechet
 
-from viscotrain import giesekus
-from viscotrain.axisymmetry import Tensor
-from viscotrain.giesekus import LogConformation
+from viscotrain.flow import giesekus
+from viscotrain.flow.axisymmetry import Tensor
+from viscotrain.flow.giesekus import LogConformation
 
 MESH = ngsolve.Mesh(unit_square.GenerateMesh(maxh=1.0))  # must outlive its points
 POINT = MESH(0.3, 0.4)

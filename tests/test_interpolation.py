@@ -12,16 +12,9 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 from synthetic import DEMO_NODES, PAPER_NODES, dns_result, superposed, triplet
 
 from viscotrain.errors import TableError
-from viscotrain.interpolation import (
-    LEADING,
-    MIDDLE,
-    TRAILING,
-    TripletVelocities,
-    VelocityTable,
-    coordinate,
-    lubricate,
-)
-from viscotrain.table import combine
+from viscotrain.table.assembly import combine
+from viscotrain.table.interpolation import TripletVelocities, VelocityTable, coordinate, lubricate
+from viscotrain.words import LEADING, MIDDLE, TRAILING
 
 REFERENCE = Path(__file__).parent / "reference"
 ROUNDING = 1e-14  # of velocities near 1: some tens of operations in double precision
@@ -279,8 +272,9 @@ def test_loading_and_interpolating_need_no_ngsolve(table, tmp_path):
     path = tmp_path / "velocity_table.nc"
     table.to_netcdf(path)
     code = (
-        "import sys; from viscotrain import interpolation, table, trains; "
-        f"U = interpolation.VelocityTable.open({str(path)!r}).at(0)(1.5, 3.0); "
+        "import sys; from viscotrain import VelocityTable; "
+        "import viscotrain.table.assembly, viscotrain.trains.recording; "
+        f"U = VelocityTable.open({str(path)!r}).at(0)(1.5, 3.0); "
         "print(sorted(m for m in sys.modules if m.startswith(('ngsolve', 'netgen', 'pyngcore'))))"
     )
     scripts = Path(__file__).parents[1] / "scripts"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from viscotrain.errors import GeometryError
-from viscotrain.geometry import Geometry
-from viscotrain.meshes import MeshOptions, make_mesh
+from viscotrain.flow.geometry import Geometry
+from viscotrain.flow.meshes import MeshOptions, make_mesh
 
 OPTIONS = MeshOptions(wall_size=0.2, axis_size=0.07, sphere_elements=14, gap_elements=3)
 

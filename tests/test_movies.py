@@ -19,8 +19,10 @@ from matplotlib.patches import Circle
 from PIL import Image
 from synthetic import PAPER_NODES, dns_result, superposed, triplet
 
-from viscotrain import datasets, figures, movies, trains
-from viscotrain.table import combine
+from viscotrain.drawing import figures, movies, style
+from viscotrain.jobs import datasets
+from viscotrain.table.assembly import combine
+from viscotrain.trains import recording
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 BETA, LENGTH, VIEW, FRAMES, INTERVAL = 0.2, 40.0, 5.0, 40, 0.05
@@ -45,7 +47,7 @@ def velocities():
 
 @pytest.fixture(scope="module")
 def train(velocities):
-    return trains.run(
+    return recording.run(
         velocities,
         confinement=BETA,
         volume_fraction=0.01,
@@ -347,7 +349,7 @@ def test_strip_of_all_stations_shows_one_moment_to_scale(data):
         circles = [patch for patch in axes.patches if isinstance(patch, Circle)]
         np.testing.assert_allclose([circle.center[0] for circle in circles], z)
         assert {2 * circle.radius for circle in circles} == {BETA}
-        red = [to_hex(circle.get_facecolor()).upper() == figures.VERMILLION for circle in circles]
+        red = [to_hex(circle.get_facecolor()).upper() == style.VERMILLION for circle in circles]
         assert red == movies.touching(z, BETA).tolist()
         start = float(drawn["window_start"][n])
         assert axes.get_aspect() == 1 and axes.get_xlim() == (start, start + VIEW)

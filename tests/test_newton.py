@@ -6,7 +6,7 @@ import ngsolve
 import pytest
 from netgen.geom2d import unit_square
 
-from viscotrain.newton import ModifiedNewton
+from viscotrain.flow.newton import ModifiedNewton
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from viscotrain.errors import FluidError
-from viscotrain.fluid import DimensionlessFluid, Mode
-from viscotrain.pipe import pipe_flow, shear_viscosity
+from viscotrain.fluid.parameters import DimensionlessFluid, Mode
+from viscotrain.fluid.pipe import pipe_flow, shear_viscosity
 
 REFERENCE = Path(__file__).parent / "reference"
 

@@ -17,10 +17,10 @@ from collections.abc import Iterable
 import pytest
 from ngsolve import GridFunction, VectorH1
 
-from viscotrain import newton
-from viscotrain.flow import Flow
-from viscotrain.fluid import DimensionlessFluid, Mode
-from viscotrain.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.flow import newton
+from viscotrain.flow.discretisation import Flow
+from viscotrain.flow.meshes import Geometry, MeshOptions, make_mesh
+from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 
 RING = 1e6  # in D: K is 8e-6 off the planar one, and coordinates resolve 1e-10 D
 FLUID = DimensionlessFluid(0.59, (Mode(0.41, 1.0, 0.0),))

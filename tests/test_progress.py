@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from viscotrain import progress, provenance
-from viscotrain.config import load_study, simulated_deborahs
-from viscotrain.table import INACCURATE
+from viscotrain.config.models import load_study, simulated_deborahs
+from viscotrain.jobs import progress, provenance
+from viscotrain.words import INACCURATE
 
 INF = float("inf")
 TINY = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")

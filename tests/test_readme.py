@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 from readme_accuracy import KEPT, with_statement
 
-from viscotrain.verification import KINDS, observed_orders, with_errors
+from viscotrain.studies.accuracy import KINDS, observed_orders, with_errors
 
 README = Path(__file__).parents[1] / "README.md"
 

@@ -7,11 +7,11 @@ import ngsolve
 import numpy as np
 import pytest
 
-from viscotrain import dns, newton, refinement
-from viscotrain.config import load_study
-from viscotrain.flow import copy
-from viscotrain.meshes import Sizes
-from viscotrain.simulation import make_flow, mesh_of, triplet
+from viscotrain.config.models import load_study
+from viscotrain.flow import continuation, newton, refinement
+from viscotrain.flow.discretisation import copy
+from viscotrain.flow.meshes import Sizes
+from viscotrain.studies.dns import make_flow, mesh_of, triplet
 
 DEMO = load_study(Path(__file__).parents[1] / "config" / "config.yaml")
 COARSE = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
@@ -233,7 +233,7 @@ def test_sizes_stop_at_the_number_of_elements_allowed(pair):
 
 def test_the_ladder_without_a_mesher_keeps_the_mesh():
     flow = make_flow(STUDY, triplet(STUDY, math.inf, 1.5))
-    options = dns.SolverOptions(1e-7, 40, 3.0, accuracy=1e-12)
-    (solution,) = dns.solve(flow, [DEBORAH], options)
+    options = continuation.SolverOptions(1e-7, 40, 3.0, accuracy=1e-12)
+    (solution,) = continuation.solve(flow, [DEBORAH], options)
     assert solution.flow.mesh is flow.mesh
     assert solution.solved and not solution.accurate

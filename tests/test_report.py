@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from synthetic import DEMO_NODES, dns_result, triplet
 
-from viscotrain import interactive, trains
-from viscotrain.interpolation import MIDDLE, VelocityTable
-from viscotrain.table import combine
+from viscotrain.drawing import interactive
+from viscotrain.table.assembly import combine
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import recording
+from viscotrain.words import MIDDLE
 
 ROOT = Path(__file__).parents[1]
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -33,7 +35,7 @@ def velocity_table(unsolved=()):
 
 @pytest.fixture(scope="module")
 def train():
-    result = trains.run(
+    result = recording.run(
         triplet(),
         confinement=0.2,
         volume_fraction=0.01,

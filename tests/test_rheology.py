@@ -16,11 +16,12 @@ from netgen.geom2d import unit_square
 from ngsolve import CoefficientFunction
 from scipy.integrate import solve_ivp
 
-from viscotrain import giesekus, rheology
-from viscotrain.axisymmetry import Tensor
 from viscotrain.errors import FluidError
-from viscotrain.fluid import Mode
-from viscotrain.giesekus import LogConformation
+from viscotrain.flow import giesekus
+from viscotrain.flow.axisymmetry import Tensor
+from viscotrain.flow.giesekus import LogConformation
+from viscotrain.fluid import rheology
+from viscotrain.fluid.parameters import Mode
 
 
 @dataclass(frozen=True)

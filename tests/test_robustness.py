@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from viscotrain import robustness
-from viscotrain.config import DnsConfig
-from viscotrain.fluid import DimensionlessFluid, Mode
-from viscotrain.robustness import CORNER, DEFAULT, FLOOR, MAIN, REFERENCE
+from viscotrain.config.models import DnsConfig
+from viscotrain.fluid.parameters import DimensionlessFluid, Mode
+from viscotrain.studies import robustness
+from viscotrain.studies.robustness import CORNER, DEFAULT, FLOOR, MAIN, REFERENCE
 
 KEPT = Path(__file__).parent / "verification" / "robustness" / "sample.csv"
 # The point of the end-to-end test: no physics, only that everything fits together.

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.patches import Circle, Rectangle
 
-from viscotrain import schematic
-from viscotrain.config import load_study
-from viscotrain.geometry import Geometry
+from viscotrain.config.models import load_study
+from viscotrain.drawing import schematic
+from viscotrain.flow.geometry import Geometry
 
 CONFIG = Path(__file__).parents[1] / "config"
 

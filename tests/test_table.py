@@ -10,11 +10,9 @@ import xarray as xr
 import yaml
 from synthetic import DEMO_NODES, dns_result, superposed, triplet
 
-from viscotrain import datasets
 from viscotrain.errors import TableError
-from viscotrain.interpolation import VelocityTable
-from viscotrain.table import (
-    INACCURATE,
+from viscotrain.jobs import datasets
+from viscotrain.table.assembly import (
     ITSELF,
     MIRROR,
     SAME_PAIR,
@@ -27,7 +25,9 @@ from viscotrain.table import (
     pair_velocity,
     summary,
 )
-from viscotrain.triplets import simulations
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.triplets import simulations
+from viscotrain.words import INACCURATE
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 INF = np.inf

@@ -22,10 +22,11 @@ from synthetic import (
     triplet,
 )
 
-from viscotrain import datasets, trains
 from viscotrain.errors import TrainError
-from viscotrain.table import combine
-from viscotrain.trains import (
+from viscotrain.jobs import datasets
+from viscotrain.table.assembly import combine
+from viscotrain.trains import recording
+from viscotrain.trains.recording import (
     Channel,
     arrival,
     chain_motion,
@@ -47,7 +48,7 @@ CHANNEL = {  # short and quick: some 30 spheres at once
 
 
 def simulate(velocities, seed=0, **changes):
-    return trains.simulate(velocities, **CHANNEL | changes, rng=np.random.default_rng(seed))
+    return recording.simulate(velocities, **CHANNEL | changes, rng=np.random.default_rng(seed))
 
 
 def chain_velocities(velocities, distance):
@@ -230,7 +231,7 @@ def test_spheres_that_ignore_each_other_arrive_on_time():
 def test_mean_spacing_is_that_of_the_injection():
     """<s*> = dt_eq U/d = (2/3) beta^2/phi U/U_max."""
     record = simulate(triplet(law=constant), passages=2000)
-    expected = trains.mean_spacing_law(BETA, 0.004) * SINGLE / 1.67
+    expected = recording.mean_spacing_law(BETA, 0.004) * SINGLE / 1.67
     # uniform in expected -+ (expected - 1): standard error of 2000 spacings, times four
     tolerance = 4 * (expected - 1) / np.sqrt(3 * 2000)
     np.testing.assert_allclose(record.spacing.mean(axis=1), expected, rtol=0, atol=tolerance)
@@ -277,7 +278,7 @@ def test_tolerance_is_small_enough():
     """Spacings at the outlet, demanded to 1e-3 d; the interaction is twenty times the real one."""
     velocities = triplet(law=strong)
     coarse = simulate(velocities).spacing[-1]
-    fine = simulate(velocities, tolerance=trains.TOLERANCE / 100).spacing[-1]
+    fine = simulate(velocities, tolerance=recording.TOLERANCE / 100).spacing[-1]
     assert np.abs(coarse - simulate(velocities).spacing[0]).max() > 1.0
     assert np.abs(coarse - fine).max() < 1e-3
 
@@ -344,7 +345,7 @@ def test_six_hundred_spheres_in_time():
 
 def run(**changes):
     options = CHANNEL | {"repeats": 3, "seed": 7} | changes
-    return trains.run(triplet(law=strong), **options)
+    return recording.run(triplet(law=strong), **options)
 
 
 @pytest.fixture(scope="module")
@@ -372,7 +373,7 @@ def test_dataset_holds_what_is_promised(result):
 def test_number_of_spheres_agrees_with_the_snapshots(result):
     counted = np.isfinite(result["position"]).sum("sphere")
     for r in range(3):
-        for n in range(trains.SNAPSHOTS):
+        for n in range(recording.SNAPSHOTS):
             time_of_snapshot = float(result["snapshot_time"][r, n])
             near = result["number_of_spheres"][r].sel(count_time=time_of_snapshot, method="nearest")
             assert abs(int(near) - int(counted[r, n])) <= 1  # an event in between
@@ -402,7 +403,7 @@ def test_tracks_are_the_first_recorded_spheres(result):
 
 def test_lines_in_the_moving_frame_are_level_without_interaction():
     options = CHANNEL | {"repeats": 1, "seed": 7}
-    result = trains.run(triplet(law=constant), **options)
+    result = recording.run(triplet(law=constant), **options)
     track = result["track_position"].values
     # positions near 500 d from times near 100 D/Ubar, rounded some hundred times
     np.testing.assert_allclose(track, track[:, :1].repeat(81, axis=1), rtol=0, atol=1e-10)
@@ -441,10 +442,10 @@ def test_statistics_of_known_spacings():
 
 
 def test_distribution_of_what_enters_is_uniform():
-    result = trains.run(
+    result = recording.run(
         triplet(law=constant), **CHANNEL | {"repeats": 8, "seed": 3, "passages": 500}
     )
-    expected = trains.mean_spacing_law(BETA, 0.004) * SINGLE / 1.67
+    expected = recording.mean_spacing_law(BETA, 0.004) * SINGLE / 1.67
     bins = result["spacing_bin"]
     inside = bins < 2 * expected - 1 - 0.25
     density = result["spacing_density"].sel(station=0.0)[inside.values]

@@ -9,9 +9,11 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from viscotrain import verification, verification_report
-from viscotrain.config import load_study
-from viscotrain.verification import KINDS, PAIRS, observed_orders, settings, with_errors
+from viscotrain.config.models import load_study
+from viscotrain.drawing import verification_figures
+from viscotrain.studies import accuracy
+from viscotrain.studies.accuracy import KINDS, RELATIVE, observed_orders, with_errors
+from viscotrain.studies.convergence import settings
 
 CONFIG = Path(__file__).parents[1] / "config"
 DEMO = load_study(CONFIG / "config.yaml")
@@ -26,8 +28,8 @@ def rows(values, error, default, deborah=1.0):
             "deborah": deborah,
             "value": values,
             "default": [value == default for value in values],
-            PAIRS[0]: [1e-3 + error(value) for value in values],
-            PAIRS[1]: [-2e-3 - 3 * error(value) for value in values],
+            RELATIVE[0]: [1e-3 + error(value) for value in values],
+            RELATIVE[1]: [-2e-3 - 3 * error(value) for value in values],
         }
     )
 
@@ -131,7 +133,7 @@ def comparison(sp=1.5, deborah=5.0):
 
 def test_differences_are_transient_minus_quasi_steady():
     np.testing.assert_allclose(
-        verification.remaining_differences(comparison()), np.full((2, 2), 1e-5), atol=1e-12
+        accuracy.remaining_differences(comparison()), np.full((2, 2), 1e-5), atol=1e-12
     )
 
 
@@ -165,7 +167,7 @@ def test_statement_of_accuracy_holds_every_number():
         coords={"deborah": [5.0]},
     )
     studies = {"mesh": rows([1.4, 1.0, 0.7, 0.01], lambda h: 1e-4 * h**4, default=1.0)}
-    text = verification_report.accuracy(table, [comparison()], [train(0.0)], SPACING, studies)
+    text = accuracy.accuracy(table, [comparison()], [train(0.0)], SPACING, studies)
     for number in ("3.0e-04 Ubar (13 %)", "order 4", "8.0e-05 Ubar", "1.0e-05 Ubar", "0.003 d"):
         assert number in text, number
     assert "gaps of 0.3 d | equally spaced spheres | 0 | 3.0e-04 Ubar" in text
@@ -174,11 +176,11 @@ def test_statement_of_accuracy_holds_every_number():
 
 def test_figures_hold_their_data():
     pair, three = comparison(np.inf), comparison()
-    drawn = verification_report.start_up([three, pair]).data
+    drawn = verification_figures.start_up([three, pair]).data
     assert set(drawn["pair"]) == {"middle-trailing", "leading-middle"}
     assert len(drawn) == 3 * 11
     assert drawn["quasi_steady_Ubar"].notna().sum() == 3 * 2
-    closed = verification_report.closure([train(0.0), train(5.0)], SPACING).data
+    closed = verification_figures.closure([train(0.0), train(5.0)], SPACING).data
     assert (closed["comparison"] == "train").sum() == 2 * 5 * 3
-    errors = verification_report.convergence(rows([1.4, 1.0, 0.7], abs, default=1.0), "mesh").data
+    errors = verification_figures.convergence(rows([1.4, 1.0, 0.7], abs, default=1.0), "mesh").data
     assert errors["error"].max() > 0

@@ -16,9 +16,9 @@ import pytest
 import xarray as xr
 import yaml
 
-from viscotrain import provenance
-from viscotrain.config import load_study
-from viscotrain.table import NOT_ATTEMPTED, NOT_CONVERGED
+from viscotrain.config.models import load_study
+from viscotrain.jobs import provenance
+from viscotrain.words import NOT_ATTEMPTED, NOT_CONVERGED
 
 ROOT = Path(__file__).parent.parent
 PARTS = ("workflow", "scripts", "config", "profiles", "envs")
@@ -339,7 +339,7 @@ def test_a_tolerance_simulates_every_flow_again(finished):
 
 @pytest.mark.slow
 def test_comments_and_docstrings_of_the_physics_repeat_nothing(finished):
-    path = "scripts/viscotrain/giesekus.py"
+    path = "scripts/viscotrain/flow/giesekus.py"
     finished.edit(path, '"""', '"""Other words. ')
     finished.edit(path, "\nfrom ", "\n# A comment.\nfrom ")
     assert finished.plan("--configfile", "study.yaml") == ({}, set())
@@ -347,7 +347,7 @@ def test_comments_and_docstrings_of_the_physics_repeat_nothing(finished):
 
 @pytest.mark.slow
 def test_code_of_the_physics_repeats_every_simulation(finished):
-    path = finished.folder / "scripts" / "viscotrain" / "weak_forms.py"
+    path = finished.folder / "scripts" / "viscotrain" / "flow" / "weak_forms.py"
     path.write_text(path.read_text(encoding="utf-8") + "\n\nUNUSED = 1\n", encoding="utf-8")
     jobs, _ = finished.plan("--configfile", "study.yaml")
     assert jobs == AFTER_DNS | {"dns": 3, "field": 1}
@@ -402,11 +402,15 @@ def test_digest_is_that_of_the_named_modules_only(tmp_path):
 
 
 def test_every_module_that_the_solver_imports_is_in_the_digest_of_the_physics():
-    """With `simulation`, which chooses the resolution, and the mesher it calls."""
-    code = "import sys, viscotrain.dns, viscotrain.meshes, viscotrain.pipe; print(*sys.modules)"
-    done = Project(ROOT).run("-c", code)
-    found = {name.split(".")[1] for name in done.stdout.split() if name.startswith("viscotrain.")}
-    assert (found - {"errors"}) | {"simulation"} == set(provenance.PHYSICS)
+    """With `studies.dns`, which chooses the resolution, and the mesher it calls."""
+    modules = "flow.continuation", "flow.meshes", "fluid.pipe"
+    imports = ", ".join(f"viscotrain.{name}" for name in modules)
+    done = Project(ROOT).run("-c", f"import sys, {imports}; print(*sys.modules)")
+    loaded = (name.removeprefix("viscotrain.") for name in done.stdout.split())
+    found = {
+        name for name in loaded if (provenance.PACKAGE / f"{name.replace('.', '/')}.py").is_file()
+    }
+    assert (found - {"errors"}) | {"studies.dns"} == set(provenance.PHYSICS)
 
 
 # ------------------------------------------------------------------------------ profile and config

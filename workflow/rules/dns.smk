@@ -62,7 +62,7 @@ rule field:
         mem_mb=3000,
         runtime=60,
     params:
-        physics=provenance.digest((*provenance.PHYSICS, "fields")),
+        physics=provenance.digest(provenance.FIELD),
         settings=STUDY.dns_settings(),
         point=STUDY.field_point().model_dump(mode="json"),
     message:

@@ -36,7 +36,7 @@ rule start_up:
         "../../envs/viscotrain.yaml"
     threads: 1
     params:
-        code=provenance.digest(("verification",)),
+        code=provenance.digest(provenance.START_UP),
         settings=STUDY.dns_settings(),
     message:
         "Comparing with quasi-steady velocities: sp = {wildcards.sp}, sf = {wildcards.sf}, "
@@ -57,7 +57,7 @@ rule closure_train:
         "../../envs/viscotrain.yaml"
     threads: 1
     params:
-        physics=provenance.digest((*provenance.TRANSIENT, "closure")),
+        physics=provenance.digest(provenance.CLOSURE_TRAIN),
         settings=STUDY.transient_settings() | CHECK.closure.model_dump(mode="json"),
     message:
         "Simulating a short train directly, De = {wildcards.deborah}"
@@ -76,7 +76,7 @@ rule closure_gap:
         "../../envs/viscotrain.yaml"
     threads: 1
     params:
-        physics=provenance.digest((*provenance.PHYSICS, "closure")),
+        physics=provenance.digest(provenance.CLOSURE_GAP),
         settings=STUDY.dns_settings() | CHECK.closure.model_dump(mode="json"),
     message:
         "Simulating equally spaced spheres with gaps of {wildcards.gap} d"
@@ -95,7 +95,7 @@ rule convergence:
         "../../envs/viscotrain.yaml"
     threads: 1
     params:
-        physics=provenance.digest((*provenance.TRANSIENT, "verification")),
+        physics=provenance.digest(provenance.CONVERGENCE),
         settings=STUDY.transient_settings(),
     message:
         "Study of convergence: {wildcards.kind}, sp = {wildcards.sp}, sf = {wildcards.sf}"

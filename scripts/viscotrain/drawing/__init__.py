@@ -1,0 +1,1 @@
+"""Figures, movies and the interactive page; nothing here needs NGSolve."""

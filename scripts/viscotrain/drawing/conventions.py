@@ -1,0 +1,95 @@
+r"""How distances, signs and errors are drawn wherever velocities are.
+
+A relative velocity is that of the sphere ahead minus that of the one behind: positive is repulsion
+(the gap opens, red), negative attraction (the gap closes, blue). Distances are drawn on 1 - 1/s,
+the coordinate of the interpolant from contact (0) to infinity (1), with ticks labelled by s. Holes
+of the table are crosses and are never painted over; nodes that are not accurate, by the estimate of
+their error, are open.
+"""
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.patches import Patch
+from numpy.typing import ArrayLike, NDArray
+
+from viscotrain.drawing.style import GREY
+from viscotrain.table.assembly import ERRORS
+
+SIGNED = "RdBu_r"
+REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
+REPULSION_COLOUR, ATTRACTION_COLOUR = "#B2182B", "#2166AC"  # towards the ends of RdBu_r
+DISTANCE_TICKS = (1, 1.2, 1.5, 2, 3, 5, 10, math.inf)
+GRID = 241  # points per axis of a drawn interpolant
+
+
+def distance_coordinate(distance: ArrayLike) -> NDArray:
+    """Where a distance is drawn: contact at 0, infinity at 1."""
+    return 1.0 - 1.0 / np.asarray(distance, dtype=float)
+
+
+def all_distances() -> NDArray:
+    """From contact to infinity, evenly on the drawn axis."""
+    with np.errstate(divide="ignore"):
+        return 1.0 / (1.0 - np.linspace(0.0, 1.0, GRID))
+
+
+def distance_axis(axis: Axis):
+    """Ticks of an axis on which distances are drawn."""
+    axis.set_ticks(
+        distance_coordinate(DISTANCE_TICKS),
+        ["\N{INFINITY}" if math.isinf(s) else f"{s:g}" for s in DISTANCE_TICKS],
+    )
+
+
+def power_of_ten(limit: float) -> int:
+    """Power of ten by which values up to `limit` are drawn."""
+    return math.floor(math.log10(limit)) if limit > 0 else 0
+
+
+def velocity_unit(power: int) -> str:
+    """The unit of velocities drawn by this power of ten."""
+    return r"[$\bar{U}$]" if power == 0 else rf"[$10^{{{power}}}\,\bar{{U}}$]"
+
+
+def largest_error(layer: xr.Dataset) -> float:
+    """Largest error of relative velocities at one De, in Ubar; NaN if it was not measured.
+
+    That of the interpolation, found between the nodes, plus that of the simulations, as far as it
+    is estimated.
+    """
+    if "check_error" not in layer or not np.isfinite(layer["check_error"]).any():
+        return math.nan
+    discretisation = float(layer[ERRORS[1]].max()) if ERRORS[1] in layer else 0.0
+    return float(np.abs(layer["check_error"]).max()) + np.nan_to_num(discretisation)
+
+
+def draw_lubrication(axes: Axes, smallest_distance: float, both: bool = True):
+    """Hatch distances below the table's, on the horizontal axis or on both."""
+    edge = float(distance_coordinate(smallest_distance))
+    style = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
+    axes.axvspan(0, edge, **style)
+    if both:
+        axes.fill_between([edge, 1], 0, edge, **style)
+
+
+def lubrication_patch() -> Patch:
+    """What a legend shows for distances below those of the table."""
+    return Patch(facecolor="none", edgecolor=GREY, hatch="/////", linewidth=0)
+
+
+def scientific(value: float) -> str:
+    """One digit times a power of ten."""
+    digits, power = f"{value:.0e}".split("e")
+    return rf"{digits}$\cdot$10$^{{{int(power)}}}$"
+
+
+def conditions(deborah: float, confinement: float, volume_fraction: float | None = None) -> str:
+    """The conditions of a flow in words."""
+    words = [f"De = {deborah:g}", f"$d/D$ = {confinement:g}"]
+    if volume_fraction is not None:
+        words.append(rf"$\phi$ = {100 * volume_fraction:g} %")
+    return ",  ".join(words)

@@ -1,0 +1,321 @@
+r"""Figures that a device is designed with: schematic, spacing law, design map, views of stations.
+
+Style, colours and conventions are those of `figures`. Cells of the design map are the conditions
+that were simulated; nothing is interpolated between them.
+
+**Spacing law.** One sphere per length s* d of an equally spaced train gives
+
+    s* phi = phi_mp beta^2,    phi_mp = 2/3 in a tube (beta = d/D),  pi/6 in a square channel
+    (beta = d/H),
+
+the latter being the channel of the study's experiments.
+"""
+
+import math
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Rectangle
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from numpy.typing import NDArray
+
+from viscotrain.drawing.movies import scale_bar, touching
+from viscotrain.drawing.style import (
+    BLUE,
+    GREY,
+    MARKERS,
+    PAGE,
+    PALE_GREY,
+    VERMILLION,
+    Drawing,
+    styled,
+)
+from viscotrain.trains import design_map
+from viscotrain.trains.recording import TOUCHING
+
+TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
+DARK = 0.55  # share of the colour map below which words in a cell are white
+CURVES = (
+    ("spacing_variation", "CV of the\nspacing", 1),
+    ("touching_share", "touching\nspheres [%]", 100),
+    ("spacing_mode", "mode of the\nspacing [$d$]", 1),
+)
+
+# ------------------------------------------------------------------------------------ spacing law
+
+
+@styled
+def spacing_law(dataset: xr.Dataset) -> Drawing:
+    """Mean spacing at the outlet over volume fraction, against that of an equally spaced train."""
+    data = _law_data(dataset)
+    beta = float(dataset["confinement"])
+    figure = Figure(figsize=(PAGE, 3.1), layout="constrained")
+    figure.get_layout_engine().set(wspace=0.06)
+    left, right = figure.subplots(1, 2)
+    phi = data["volume_fraction_percent"]
+    line = np.geomspace(phi.min() / 1.5, phi.max() * 1.5, 50)
+    styles = (
+        (TUBE, "-", r"tube: $\phi_{mp}$ = 2/3, $\beta$ = $d/D$"),
+        (SQUARE, "--", r"square channel (study): $\phi_{mp}$ = $\pi$/6, $\beta$ = $d/H$"),
+    )
+    for share, dashes, _ in styles:
+        left.plot(line, 100 * share * beta**2 / line, color="black", ls=dashes, lw=0.9)
+        right.plot(line, np.full_like(line, share), color="black", ls=dashes, lw=0.9)
+    handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for _, dashes, _ in styles]
+    labels = [words for _, _, words in styles]
+    deborah = dataset["deborah"].values
+    for n, (De, colour) in enumerate(zip(deborah, _colours(len(deborah)), strict=True)):
+        own = data[data["deborah"] == De]
+        x = own["volume_fraction_percent"] * 1.03 ** (n - (len(deborah) - 1) / 2)
+        marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": "", "color": colour}
+        known = own["mean_spacing_d_halfwidth"].fillna(0)
+        left.errorbar(x, own["mean_spacing_d"], known, lw=0.8, capsize=2, **marker)
+        scaled = own["volume_fraction_percent"] / 100 / beta**2
+        right.errorbar(
+            x, own["mean_spacing_d"] * scaled, known * scaled, lw=0.8, capsize=2, **marker
+        )
+        handles.append(Line2D([], [], **marker))
+        labels.append(f"simulated, De = {De:g}")
+    left.set(xscale="log", yscale="log", ylabel="mean spacing at the outlet, $s^*$ [$d$]")
+    right.set(xscale="log", ylabel=r"$s^* \phi/\beta^2$")
+    right.margins(y=0.3)
+    for axes in (left, right):
+        axes.set(xlabel=r"volume fraction, $\phi$ [%]", xlim=(line[0], line[-1]))
+        axes.set_xticks(sorted(phi.unique()), [f"{value:g}" for value in sorted(phi.unique())])
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    left.yaxis.set_minor_formatter(FuncFormatter(_one_digit))
+    left.set_title(
+        rf"spacing law $s^* \phi$ = $\phi_{{mp}} \beta^2$,  $d/D$ = {beta:g}", loc="left"
+    )
+    right.set_title("the same, scaled (bars: 95 % confidence)", loc="left")
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, columnspacing=2)
+    return Drawing(figure, data)
+
+
+def _one_digit(value: float, _) -> str:
+    """Labels of minor ticks on a logarithmic axis: 2 and 5, times powers of ten."""
+    digit = round(value / 10 ** math.floor(math.log10(value)))
+    return f"{value:g}" if digit in (2, 5) else ""
+
+
+def _law_data(dataset: xr.Dataset) -> pd.DataFrame:
+    table = design_map.table(dataset)
+    outlet = table[table["channel_length_D"] == table["channel_length_D"].max()]
+    kept = ["deborah", "volume_fraction_percent", "mean_spacing_d", "mean_spacing_d_halfwidth"]
+    scaled = 100 * float(dataset["confinement"]) ** 2 / outlet["volume_fraction_percent"]
+    return (
+        outlet[kept]
+        .assign(tube_d=TUBE * scaled, square_channel_d=SQUARE * scaled)
+        .reset_index(drop=True)
+    )
+
+
+def _colours(count: int) -> NDArray:
+    return matplotlib.colormaps["viridis"](np.linspace(0, 0.85, count))
+
+
+# ------------------------------------------------------------------------------------- design map
+
+
+@styled
+def draw_design_map(dataset: xr.Dataset) -> Drawing:
+    """Measures at the outlet over (De, phi) as cells, and along the channel as curves."""
+    deborah = dataset["deborah"].values
+    rows = len(deborah)
+    cells, curves = 0.62 + 0.32 * rows, 1.05
+    figure = Figure(figsize=(PAGE, 0.75 + 2 * cells + 3 * curves), layout="constrained")
+    figure.get_layout_engine().set(hspace=0.04, h_pad=0.03)
+    upper, lower = figure.subfigures(2, 1, height_ratios=[2 * cells, 3 * curves + 0.5])
+    _draw_cells(upper.subplots(2, 2, sharex=True, sharey=True), dataset)
+    _draw_curves(lower, lower.subplots(3, rows, sharex=True, sharey="row", squeeze=False), dataset)
+    length = float(dataset["station"][-1])
+    figure.suptitle(
+        f"$d/D$ = {float(dataset['confinement']):g},  "
+        f"$D$ = {1e3 * float(dataset['channel_diameter']):g} \N{MICRO SIGN}m,  "
+        f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm"
+        "  (\N{PLUS-MINUS SIGN} and bands: 95 % confidence)"
+    )
+    return Drawing(figure, design_map.table(dataset))
+
+
+def _draw_cells(panels: NDArray, dataset: xr.Dataset):
+    outlet, end = dataset.isel(station=-1), float(dataset["length"][-1])
+    variation, mode = outlet["spacing_variation"].values, outlet["spacing_mode"].values
+    order = design_map.CENTIMETRES * float(dataset["channel_diameter"])
+    order = order * dataset["ordering_length"].values
+    titles = (
+        "CV of the spacing at the outlet",
+        "touching spheres at the outlet [%]",
+        "mode of the spacing at the outlet [$d$]",
+        f"length from which on CV \N{LESS-THAN OR EQUAL TO} "
+        f"{float(dataset['ordered_variation']):g} [cm]",
+    )
+    touching_share = 100 * outlet["touching_share"].values
+    _draw_grid(
+        panels[0, 0],
+        variation,
+        _in_words(variation, 3, outlet["spacing_variation_halfwidth"].values),
+        cmap="viridis_r",
+    )
+    _draw_grid(
+        panels[0, 1],
+        touching_share,
+        _in_words(touching_share, 1, 100 * outlet["touching_share_halfwidth"].values),
+        cmap="viridis_r",
+    )
+    _draw_grid(panels[1, 0], mode, _in_words(mode, 1), cmap="viridis")
+    words = np.where(np.isinf(order), "not\nreached", _in_words(order, 1))
+    words[order == 0] = "from the\ninlet on"
+    _draw_grid(panels[1, 1], order, words, cmap="viridis_r", largest=end)
+    for axes, title in zip(panels.flat, titles, strict=True):
+        axes.set_title(title, loc="left", pad=4)
+        axes.tick_params(length=0)
+        axes.spines[:].set_visible(False)
+    for axes in panels[-1]:
+        axes.set_xlabel(r"volume fraction, $\phi$ [%]")
+    phi = 100 * dataset["volume_fraction"].values
+    panels[0, 0].set_xticks(range(phi.size), [f"{value:g}" for value in phi])
+    panels[0, 0].set_yticks(range(dataset.sizes["deborah"]), _condition_names(dataset))
+
+
+def _condition_names(dataset: xr.Dataset) -> list[str]:
+    """A Deborah number with its flow rate and the pressure drop of the whole channel."""
+    names = []
+    for De in dataset["deborah"].values:
+        own = dataset.sel(deborah=De)
+        Q, drop = float(own["flow_rate"]), float(own["pressure_drop"][-1])
+        bench = f"\n{Q:.3g} \N{MICRO SIGN}L/min, {drop:.2g} bar" if math.isfinite(Q) else ""
+        names.append(f"De = {De:g}{bench}")
+    return names
+
+
+def _in_words(values: NDArray, decimals: int, halfwidth: NDArray | float = math.nan) -> NDArray:
+    """Values with the half width of their confidence interval, in words; empty where unknown."""
+
+    def words(value, half):
+        band = f"\n\N{PLUS-MINUS SIGN} {half:.{decimals}f}" if math.isfinite(half) else ""
+        return f"{value:.{decimals}f}{band}" if math.isfinite(value) else ""
+
+    return np.vectorize(words, otypes=[object])(values, halfwidth)
+
+
+def _draw_grid(
+    axes: Axes, values: NDArray, words: NDArray, *, cmap: str, largest: float | None = None
+):
+    """A cell per condition, coloured from 0 to the largest value; grey if infinite, none if NaN."""
+    finite = values[np.isfinite(values)]
+    norm = Normalize(0, largest or (float(finite.max(initial=0)) or 1))
+    colours = matplotlib.colormaps[cmap]
+    for (row, column), value in np.ndenumerate(values):
+        if math.isnan(value):
+            continue
+        face = colours(norm(value)) if math.isfinite(value) else PALE_GREY
+        axes.add_patch(Rectangle((column - 0.48, row - 0.46), 0.96, 0.92, facecolor=face, lw=0))
+        brightness = np.dot(matplotlib.colors.to_rgb(face), (0.299, 0.587, 0.114))
+        axes.text(
+            column,
+            row,
+            words[row, column],
+            ha="center",
+            va="center",
+            fontsize=6,
+            color="white" if brightness < DARK else "black",
+        )
+    axes.set(xlim=(-0.5, values.shape[1] - 0.5), ylim=(-0.5, values.shape[0] - 0.5))
+
+
+def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
+    z, phi = dataset["station"].values, dataset["volume_fraction"].values
+    cm = 100 * design_map.CENTIMETRES * float(dataset["channel_diameter"])
+    colours = _colours(phi.size)
+    for column, De in enumerate(dataset["deborah"].values):
+        for row, (name, label, factor) in enumerate(CURVES):
+            axes = panels[row, column]
+            for value, colour in zip(phi, colours, strict=True):
+                own = dataset.sel(deborah=De, volume_fraction=value)
+                y = factor * own[name].values
+                axes.plot(z, y, color=colour, lw=1)
+                if f"{name}_halfwidth" in own:
+                    half = factor * own[f"{name}_halfwidth"].values
+                    axes.fill_between(z, y - half, y + half, color=colour, alpha=0.2, lw=0)
+            axes.set_ylim(bottom=0)
+            if column == 0:
+                axes.set_ylabel(label)
+            axes.yaxis.set_major_locator(MaxNLocator(4))
+        panels[0, column].axhline(float(dataset["ordered_variation"]), color=GREY, lw=0.8, ls="--")
+        panels[0, column].set_title(f"De = {De:g}", loc="left", pad=4)
+        bottom = panels[-1, column]
+        bottom.set_xlim(z[0], z[-1])
+        bottom.set_xlabel("length, $L$ [$D$]")
+        bottom.xaxis.set_major_locator(MaxNLocator(4))
+    words = f"over the length of the channel (100 $D$ = {cm:.3g} cm)"
+    figure.suptitle(words, fontsize=matplotlib.rcParams["axes.titlesize"])
+    handles = [Line2D([], [], color=colour) for colour in colours]
+    labels = [rf"$\phi$ = {100 * value:g} %" for value in phi]
+    handles.append(Line2D([], [], color=GREY, lw=0.8, ls="--"))
+    labels.append("ordered below")
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 7))
+
+
+# --------------------------------------------------------------------------------------- stations
+
+
+@styled
+def stations(film: xr.Dataset) -> Drawing:
+    """What the cameras at all stations see at the same moment, one under the other, to scale."""
+    frame = film.sizes["frame"] // 2
+    names = ["position", "window_start", "time"]
+    scalars = ["field_of_view", "confinement", "volume_fraction", "deborah", "channel_diameter"]
+    data = film[[*names, *scalars]].isel(frame=frame)
+    view, beta = float(data["field_of_view"]), float(data["confinement"])
+    diameter = float(data["channel_diameter"])
+    count = data.sizes["station"]
+    height = (PAGE - 1.0) / view
+    figure = Figure(figsize=(PAGE, 0.75 + count * (height + 0.28)), layout="constrained")
+    panels = figure.subplots(count, 1, squeeze=False)[:, 0]
+    for axes, n in zip(panels, range(count), strict=True):
+        z = data["position"].values[n]
+        z = z[np.isfinite(z)]
+        start, station = float(data["window_start"][n]), float(data["station"][n])
+        for place, near in zip(z, touching(z, beta), strict=True):
+            colour = VERMILLION if near else BLUE
+            axes.add_patch(Circle((place, 0), beta / 2, facecolor=colour, lw=0))
+        axes.plot([station], [-0.5], "^", color="black", ms=5, clip_on=False, zorder=5)
+        axes.set(aspect="equal", xlim=(start, start + view), ylim=(-0.5, 0.5), yticks=[])
+        axes.set_facecolor("#EAF1F6")
+        axes.spines[["left", "right"]].set_visible(False)
+        axes.spines[["top", "bottom"]].set_linewidth(1.2)
+        axes.xaxis.set_major_locator(MaxNLocator(6))
+        axes.set_ylabel(
+            f"$L/D$ = {station:g}\n{design_map.CENTIMETRES * diameter * station:.3g} cm",
+            rotation=0,
+            ha="right",
+            va="center",
+        )
+    length, name = scale_bar(view, diameter)
+    low = panels[0].get_xlim()[0] + 0.02 * view
+    panels[0].plot([low, low + length], [0.62, 0.62], color="black", lw=2.5, clip_on=False)
+    panels[0].text(low + length + 0.01 * view, 0.62, name, va="center")
+    panels[0].text(1, 1.05, r"flow $\longrightarrow$", ha="right", transform=panels[0].transAxes)
+    panels[-1].set_xlabel("position along the channel, $z$ [$D$]")
+    figure.suptitle(
+        f"De = {float(data['deborah']):g},  $d/D$ = {beta:g},  "
+        rf"$\phi$ = {100 * float(data['volume_fraction']):g} %,  all stations at the same moment"
+    )
+    marks = [
+        (Line2D([], [], ls="", marker="o", color=BLUE, ms=5), "sphere"),
+        (
+            Line2D([], [], ls="", marker="o", color=VERMILLION, ms=5),
+            f"touching ($s^*$ < {TOUCHING:g})",
+        ),
+        (Line2D([], [], ls="", marker="^", color="black", ms=5), "station"),
+    ]
+    figure.legend(*zip(*marks, strict=True), loc="outside lower center", ncols=3)
+    return Drawing(figure, data)

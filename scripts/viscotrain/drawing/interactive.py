@@ -1,0 +1,131 @@
+"""One page to explore a study: any De, any train, in a browser, without a network.
+
+The page holds plotly's JavaScript and, as JSON, the interpolant on a grid that is even on the drawn
+axis (1 - 1/s), the nodes of the table, and the tracks of the first repeat of each train.
+"""
+
+import html
+import itertools
+import json
+import string
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.colors import to_hex
+from plotly.offline import get_plotlyjs
+
+from viscotrain.drawing.conventions import DISTANCE_TICKS, distance_coordinate
+from viscotrain.fluid.parameters import MILLIMETRES
+from viscotrain.table.assembly import holes, pair_velocity
+from viscotrain.table.interpolation import TripletVelocities, VelocityTable
+from viscotrain.words import INACCURATE, NEGLIGIBLE, PARTICLES
+
+GRID = 81  # points of the interpolant per axis
+DIGITS = 4  # significant ones of a velocity
+TEMPLATE = Path(__file__).with_suffix(".html")
+
+
+class _Page(string.Template):
+    """The template; its placeholders do not look like those of JavaScript."""
+
+    delimiter = "@@"
+
+
+def page(table: xr.Dataset, trains: Sequence[xr.Dataset], study: str, channel: float) -> str:
+    """HTML of the page.
+
+    Args:
+        table: The velocity table.
+        trains: As `recording.run` returns them.
+        study: Its name.
+        channel: Diameter in m.
+    """
+    grid = np.linspace(0.0, 1.0, GRID)
+    ticks = np.array(DISTANCE_TICKS, dtype=float)
+    data = {
+        "grid": grid.round(6).tolist(),
+        "ticks": {
+            "at": distance_coordinate(ticks).tolist(),
+            "text": ["\N{INFINITY}" if np.isinf(s) else f"{s:g}" for s in ticks],
+        },
+        "layers": list(_layers(table, grid)),
+        "trains": [_train(train, channel) for train in trains],
+    }
+    confinement = float(trains[0]["confinement"]) if trains else np.nan
+    millimetre = MILLIMETRES * channel
+    return _Page(TEMPLATE.read_text(encoding="utf-8")).substitute(
+        title=html.escape(f"viscotrain: study {study}"),
+        plotly=get_plotlyjs(),
+        particle=f"{1e3 * confinement * millimetre:.3g} um",
+        channel=f"{1e3 * millimetre:.3g} um",
+        source=html.escape(f"{table.attrs.get('source', '')}; {table.attrs.get('history', '')}"),
+        data=json.dumps(data, allow_nan=False).replace("</", "<\\/"),
+    )
+
+
+def _layers(table: xr.Dataset, grid: np.ndarray):
+    """What is drawn at each De; without interpolant where the table has holes."""
+    velocities = VelocityTable(table)
+    missing = list(holes(table))
+    colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.88, len(velocities.deborah)))
+    with np.errstate(divide="ignore"):
+        s = 1.0 / (1.0 - grid)
+    for De, colour in zip(velocities.deborah, colours, strict=True):
+        layer = table.sel(deborah=De).transpose("sp", "sf", "particle", ...)
+        nodes = np.diff(layer["velocity"].sel(particle=list(PARTICLES)).values, axis=-1)
+        lost = {(sp, sf) for at, sp, sf in missing if at == De}
+        item = {"name": f"{De:g}", "colour": to_hex(colour), "surface": None, "pair": None}
+        item["limit"] = float(np.nanmax(np.abs(nodes), initial=NEGLIGIBLE))
+        if not lost:
+            item |= _interpolated(velocities.at(De), s)
+        item |= {"solved": [], "inaccurate": [], "holes": []}
+        for (i, sp), (j, sf) in itertools.product(
+            *map(enumerate, (table["sp"].values, table["sf"].values))
+        ):
+            rough = layer["status"].values[i, j] == INACCURATE
+            kind = "holes" if (sp, sf) in lost else "inaccurate" if rough else "solved"
+            words = [
+                _words(sp, sf, value) + (", not accurate" if kind == "inaccurate" else "")
+                for value in nodes[i, j]
+            ]
+            item[kind].append(
+                [float(distance_coordinate(sp)), float(distance_coordinate(sf)), *words]
+            )
+        yield item
+
+
+def _interpolated(velocities: TripletVelocities, s: np.ndarray) -> dict:
+    """Relative velocities, rows along sf and columns along sp, and those of a pair alone."""
+    surface = np.diff(velocities(s[:, None], s[None, :]), axis=-1)
+    return {
+        "surface": [_rounded(surface[..., n].T) for n in range(2)],
+        "pair": _rounded(pair_velocity(velocities, s)),
+        "limit": float(max(np.abs(surface).max(), NEGLIGIBLE)),
+    }
+
+
+def _rounded(values: np.ndarray) -> list:
+    """Nested lists with `DIGITS` significant digits."""
+    if values.ndim > 1:
+        return [_rounded(row) for row in values]
+    return [float(f"{value:.{DIGITS}g}") for value in values]
+
+
+def _words(sp: float, sf: float, relative: float) -> str:
+    value = "no solution" if np.isnan(relative) else f"{relative:.3e} Ubar"
+    return f"sp = {sp:g}, sf = {sf:g}: {value}"
+
+
+def _train(train: xr.Dataset, channel: float) -> dict:
+    """Tracks of successive spheres of the first repeat, against the position in the channel."""
+    De, phi = float(train["deborah"]), float(train["volume_fraction"])
+    stations = train["track_station"].values
+    return {
+        "name": f"De = {De:g}, volume fraction {100 * phi:g} %",
+        "stations": stations.round(3).tolist(),
+        "centimetres": (100 * channel * stations).round(3).tolist(),
+        "positions": train["track_position"].values.round(3).tolist(),
+    }

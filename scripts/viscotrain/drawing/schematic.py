@@ -1,0 +1,225 @@
+"""Schematic: the triplet and the train, to scale, from the geometry code and the config.
+
+Triplet: `geometry.Geometry` of one geometry of the table. Train: spheres at the inlet at random
+distances, as they are injected (uniform in an interval around the mean spacing), and at the outlet
+at the mean spacing. Diameters and distances are in proportion; the channel between inlet and
+outlet is left out.
+"""
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
+
+from viscotrain.config.models import Study
+from viscotrain.drawing.style import GREY, PAGE, STYLE, Drawing, styled
+from viscotrain.flow.geometry import Geometry
+from viscotrain.fluid.parameters import CHANNEL_RADIUS
+from viscotrain.words import PARTICLES
+
+FLUID, SPHERE = "#EAF1F6", "#DDDDDD"
+ENTERING = (0.55, 1.5, 0.75, 1.3)  # distances at the inlet over the mean one, an example
+OMITTED = 1.6  # from the last sphere near the inlet to the first near the outlet, as drawn
+BOTTOM, TOP = -0.8, 0.6  # drawn radii, in D
+LEAVING = 3  # spheres that are drawn at the outlet
+ARROW = {
+    "arrowstyle": "<|-|>",
+    "lw": 0.7,
+    "color": "black",
+    "shrinkA": 0,
+    "shrinkB": 0,
+    "mutation_scale": 6,
+}
+FLOW = {"arrowstyle": "-|>", "lw": 1.2, "color": "black"}
+
+
+def geometry(study: Study) -> xr.Dataset:
+    """Positions of the spheres that are drawn, in D; the middle sphere of the triplet is at 0."""
+    sp, sf = (_typical(nodes, part) for nodes, part in ((study.table.sp, 3), (study.table.sf, 2)))
+    triplet = Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
+    middle = triplet.positions[triplet.spheres.index("middle")]
+    phi = study.trains.volume_fraction[0]
+    spacing = study.mean_spacing(phi) * study.confinement
+    shares = np.maximum(np.array(ENTERING) * spacing, 1.05 * study.confinement)
+    leaving = study.channel.length - spacing * (0.4 + np.arange(LEAVING))[::-1]
+    values = {
+        "triplet_position": (("sphere",), np.array(triplet.positions) - middle),
+        "entering_position": (("entering",), np.concatenate([[0.0], np.cumsum(shares)])),
+        "leaving_position": (("leaving",), leaving),
+        "box_start": ((), -middle),
+        "box_end": ((), triplet.length - middle),
+        "confinement": ((), study.confinement),
+        "sp": ((), sp),
+        "sf": ((), sf),
+        "mean_spacing": ((), spacing),
+        "volume_fraction": ((), phi),
+        "channel_length": ((), study.channel.length),
+        "channel_diameter": ((), 1e3 * study.channel.diameter),
+    }
+    texts = {
+        "triplet_position": "positions over channel diameter, from the middle sphere",
+        "entering_position": "positions over channel diameter, from the inlet",
+        "leaving_position": "positions over channel diameter, from the inlet",
+        "box_start": "upstream end of the periodic box over channel diameter",
+        "box_end": "downstream end of the periodic box over channel diameter",
+        "confinement": "sphere over channel diameter",
+        "sp": "distance of middle to trailing sphere over sphere diameter",
+        "sf": "distance of leading to middle sphere over sphere diameter",
+        "mean_spacing": "mean distance in the train over channel diameter",
+        "volume_fraction": "volume fraction of spheres",
+        "channel_length": "length of the channel over its diameter",
+        "channel_diameter": "channel diameter",
+    }
+    data = xr.Dataset(values, coords={"sphere": list(triplet.spheres)})
+    for name, text in texts.items():
+        data[name].attrs = {"long_name": text, "units": "1"}
+    data["channel_diameter"].attrs["units"] = "mm"
+    data["sphere"].attrs["long_name"] = "sphere of the triplet"
+    return data
+
+
+def _typical(nodes, part: int) -> float:
+    """A finite distance of the table that can be seen, some way from the smallest."""
+    finite = [s for s in nodes if math.isfinite(s)]
+    return finite[len(finite) // part]
+
+
+@styled
+def draw(data: xr.Dataset) -> Drawing:
+    """The triplet in its periodic box above, the train in the channel below."""
+    figure = Figure(layout="constrained")
+    figure.get_layout_engine().set(hspace=0.05)
+    widths = _triplet_width(data), _train_width(data)
+    heights = [PAGE * (TOP - BOTTOM) / width for width in widths]  # to scale
+    figure.set_size_inches(PAGE, sum(heights) + 0.6)
+    upper, lower = figure.subplots(2, 1, height_ratios=heights)
+    _draw_triplet(upper, data)
+    _draw_train(lower, data)
+    return Drawing(figure, data)
+
+
+def _triplet_width(data: xr.Dataset) -> float:
+    return float(data["box_end"] - data["box_start"]) + 0.2
+
+
+def _train_width(data: xr.Dataset) -> float:
+    return _outlet(data) + 1.55
+
+
+def _outlet(data: xr.Dataset) -> float:
+    """Where the outlet is drawn, behind the part of the channel that is left out."""
+    before, after = data["entering_position"].values[-1], data["leaving_position"].values[0]
+    return float(before + OMITTED + data["channel_length"] - after)
+
+
+def _draw_triplet(axes: Axes, data: xr.Dataset):
+    z, beta = data["triplet_position"].values, float(data["confinement"])
+    start, end = float(data["box_start"]), float(data["box_end"])
+    _draw_channel(axes, start, end)
+    for position, name in zip(z, data["sphere"].values, strict=True):
+        _draw_sphere(axes, position, beta)
+        words = f"{PARTICLES.index(name) + 1}\n{name}"
+        axes.annotate(
+            words,
+            (position, -beta / 2),
+            (position + {"trailing": -0.25, "middle": 0, "leading": 0.25}[name], -0.37),
+            ha="center",
+            va="center",
+            fontsize=7,
+            arrowprops={"arrowstyle": "-", "lw": 0.4, "color": GREY, "shrinkB": 0},
+        )
+    for left, right, name in zip(z[:-1], z[1:], ("$s_p\\,d$", "$s_f\\,d$"), strict=True):
+        _measure(axes, (left, 0.2), (right, 0.2), name, (0, 0.09))
+        for place in (left, right):
+            axes.plot([place, place], [0, 0.23], color=GREY, lw=0.4)
+    leading = z[-1] + beta / 2 + 0.12
+    _measure(axes, (leading, -beta / 2), (leading, beta / 2), "$d$", (0.07, 0))
+    _measure(axes, (start + 0.55, -0.5), (start + 0.55, 0.5), "$D$", (0.09, 0.25))
+    axes.annotate("", (start + 1.25, 0), (start + 0.8, 0), arrowprops=FLOW)
+    axes.text(start + 1.02, 0.1, "flow, $Q$", ha="center", fontsize=7)
+    axes.plot([start, end], [0, 0], color=GREY, lw=0.5, ls=(0, (6, 3, 1, 3)), zorder=1)
+    for place in (start, end):
+        axes.plot([place, place], [-0.5, 0.5], color=GREY, lw=1, ls="--")
+    axes.text(start + 0.05, -0.42, "inflow", fontsize=7)
+    axes.text(end - 0.05, -0.42, "outflow", ha="right", fontsize=7)
+    axes.text(end - 0.05, 0.38, "periodic up to the pressure drop", ha="right", fontsize=7)
+    title = (
+        f"triplet of the simulation: $s_p$ = {float(data['sp']):g}, $s_f$ = {float(data['sf']):g}, "
+        f"$\\beta$ = $d/D$ = {beta:g} (to scale)"
+    )
+    axes.set_title(title, loc="left")
+    axes.set(xlim=(start - 0.1, start - 0.1 + _triplet_width(data)))
+
+
+def _draw_train(axes: Axes, data: xr.Dataset):
+    beta, length = float(data["confinement"]), float(data["channel_length"])
+    entering, leaving = data["entering_position"].values, data["leaving_position"].values
+    end = _outlet(data)
+    shift = end - length
+    _draw_channel(axes, 0.0, end)
+    for z in (*entering, *(leaving + shift)):
+        _draw_sphere(axes, z, beta)
+    middle = entering[-1] + OMITTED / 2
+    axes.add_patch(Rectangle((middle - 0.18, -0.6), 0.36, 1.2, facecolor="white", lw=0, zorder=4))
+    for side in (-0.18, 0.18):
+        axes.plot(
+            [middle + side - 0.06, middle + side + 0.06],
+            [-0.56, 0.56],
+            color=GREY,
+            lw=0.8,
+            zorder=5,
+        )
+    n = 2  # the sphere whose distances are named
+    for left, right, name in ((n - 1, n, "$s_p\\,d$"), (n, n + 1, "$s_f\\,d$")):
+        _measure(axes, (entering[left], 0.22), (entering[right], 0.22), name, (0, 0.1))
+    for place in entering[n - 1 : n + 2]:
+        axes.plot([place, place], [0, 0.25], color=GREY, lw=0.4)
+    axes.text(entering[n], -0.26, "$i$", ha="center", fontsize=7)
+    axes.text(entering[n - 1], -0.26, "$i-1$", ha="center", fontsize=7)
+    axes.text(entering[n + 1], -0.26, "$i+1$", ha="center", fontsize=7)
+    last = leaving + shift
+    _measure(axes, (last[-2], 0.22), (last[-1], 0.22), "$s^*d$", (0, 0.1))
+    for place in last[-2:]:
+        axes.plot([place, place], [0, 0.25], color=GREY, lw=0.4)
+    for place, name in ((0.0, "inlet, $z$ = 0"), (end, f"outlet, $z$ = {length:g} $D$")):
+        axes.plot([place, place], [-0.5, 0.5], color=GREY, lw=1, ls="--")
+        axes.text(place, -0.68, name, ha="center", va="center", fontsize=7)
+    axes.annotate("", (-0.1, 0), (-0.55, 0), arrowprops=FLOW)
+    axes.text(-0.35, 0.12, "inflow", ha="center", fontsize=7)
+    axes.annotate("", (end + 0.6, 0), (end + 0.15, 0), arrowprops=FLOW)
+    axes.text(end + 0.38, 0.12, "outflow", ha="center", fontsize=7)
+    axes.text(entering[1:].mean(), -0.43, "enters at random distances", ha="center", fontsize=7)
+    axes.text(last.mean(), -0.43, "ordered: the mean spacing", ha="center", fontsize=7)
+    phi, spacing = 100 * float(data["volume_fraction"]), float(data["mean_spacing"]) / beta
+    title = (
+        f"train: $\\phi$ = {phi:g} %, mean spacing $s^*$ = "
+        f"$\\frac{{2}}{{3}}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (to scale; distances at the "
+        "inlet are an example)"
+    )
+    axes.set_title(title, loc="left")
+    axes.set(xlim=(-0.75, _train_width(data) - 0.75))
+
+
+def _draw_channel(axes: Axes, start: float, end: float):
+    """Fluid between two walls."""
+    R = CHANNEL_RADIUS
+    axes.add_patch(Rectangle((start, -R), end - start, 2 * R, facecolor=FLUID, lw=0, zorder=0))
+    for wall in (-R, R):
+        axes.plot([start, end], [wall, wall], color="black", lw=1.5, solid_capstyle="butt")
+    axes.set(aspect="equal", ylim=(BOTTOM, TOP))
+    axes.axis("off")
+
+
+def _draw_sphere(axes: Axes, z: float, beta: float):
+    sphere = Circle((z, 0), beta / 2, facecolor=SPHERE, edgecolor="black", lw=0.7, zorder=3)
+    axes.add_patch(sphere)
+
+
+def _measure(axes: Axes, start, end, name: str, aside):
+    """An arrow with two heads between two points, and the name of the distance beside it."""
+    axes.annotate("", end, start, arrowprops=ARROW, zorder=4)
+    middle = np.add(start, end) / 2 + aside
+    axes.text(*middle, name, ha="center", va="center", fontsize=STYLE["font.size"], zorder=5)

@@ -1,0 +1,1 @@
+"""The flow around spheres: equations, meshes, discrete problem and its solution."""

@@ -1,0 +1,181 @@
+"""Modified Newton iteration: one factorisation serves as long as the iteration contracts.
+
+A residual and a back substitution cost a tenth of a linearisation with its factorisation. So after
+each update the next one is computed with the same matrix. If it is smaller by less than
+
+    |next| < (1 - step/4) |last|,
+
+the last update was too long: half of it is taken back, and again, until that holds (the natural
+monotonicity test; P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, sec. 3.3).
+Then the matrix is kept while the present rate of contraction promises to end within `PATIENCE`
+updates, and from one solve to the next of the same `ModifiedNewton`.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import ngsolve
+
+from viscotrain.flow.batches import BatchedForm, VectorFactors
+from viscotrain.flow.factorisation import FactorisationError, NgsolveFactors, factorise
+
+PATIENCE = 6  # updates with an old matrix that are cheaper than a new one
+SHORTEST_STEP = 1 / 32  # share of an update
+STALL = 4  # factorisations in which the update must have halved
+DIVERGENCE = 1e3  # rms update at which the iteration is given up: unknowns are of order one
+
+
+@dataclass
+class Convergence:
+    """How an iteration went: `reason` is empty if it converged.
+
+    `updates` and `residuals` hold the rms over the unknowns of each iteration, be its update
+    applied or not.
+    """
+
+    updates: list[float] = field(default_factory=list)
+    residuals: list[float] = field(default_factory=list)
+    factorisations: int = 0
+    reason: str = ""
+
+    @property
+    def converged(self) -> bool:
+        """Whether the last update was below the tolerances."""
+        return not self.reason
+
+    @property
+    def iterations(self) -> int:
+        """Number of residuals and back substitutions."""
+        return len(self.updates)
+
+    @property
+    def residual(self) -> float:
+        """Residual before the last update; NaN if there was none."""
+        return self.residuals[-1] if self.residuals else math.nan
+
+
+class ModifiedNewton:
+    """Solves form(state) = 0 for the free unknowns, again and again.
+
+    Args:
+        form: Residual, with a linearisation.
+        free: Unknowns to solve for.
+    """
+
+    def __init__(self, form: ngsolve.BilinearForm | BatchedForm, free: ngsolve.BitArray):
+        self._form, self._free = form, free
+        self._onto_free = ngsolve.Projector(free, True)
+        self._factors: VectorFactors | NgsolveFactors | None = None
+
+    def solve(
+        self,
+        state: ngsolve.GridFunction,
+        *,
+        tolerance: float,
+        max_iterations: int,
+        prepare: Callable[[], None] = lambda: None,
+        watch: Callable[[ngsolve.BaseVector], Sequence[float]] = lambda _: (),
+        watch_tolerance: float = math.inf,
+    ) -> Convergence:
+        """Solve in place, first with the matrix of the last solve if there was one.
+
+        Args:
+            state: First guess, then solution.
+            tolerance: Rms update at which the iteration has converged.
+            max_iterations: Residuals before it is given up.
+            prepare: Called before each residual, to change what the form takes from the state.
+            watch: Numbers of the last update, linear in it, that must be small, too.
+            watch_tolerance: How small they must be.
+        """
+        result = Convergence()
+        residual, update, last = (state.vec.CreateVector() for _ in range(3))
+        root_of_size = math.sqrt(self._free.NumSet())
+        firsts = []  # rms of the first update with each matrix
+        step = 0.0  # share applied of `last`; 0: none with this matrix
+        fresh = False  # whether the matrix was made for `last`
+        last_size = math.nan
+        for _ in range(max_iterations):
+            prepare()
+            self._form.Apply(state.vec, residual)
+            self._onto_free.Project(residual)
+            if self._factors is None:
+                self._form.AssembleLinearization(state.vec)
+                try:
+                    self._factors = factorise(self._form, self._free)
+                except FactorisationError as error:
+                    result.reason = f"factorisation failed: {error}"
+                    return result
+                result.factorisations += 1
+                step, fresh = 0.0, True
+            self._factors.solve(residual, update)
+            size = update.Norm() / root_of_size
+            result.residuals.append(residual.Norm() / root_of_size)
+            result.updates.append(size)
+            if size < tolerance and all(abs(x) < watch_tolerance for x in watch(update)):
+                state.vec.data -= update
+                return result
+            if step == 0:
+                firsts.append(size)
+                if reason := _hopeless(firsts):
+                    return self._give_up(result, reason)
+            elif not size < (1 - step / 4) * last_size:  # `last` was too long, or its matrix old
+                if not fresh:
+                    self._factors = None
+                elif step > SHORTEST_STEP:
+                    step /= 2
+                    state.vec.data += step * last
+                else:
+                    return self._give_up(result, "stuck")
+                continue
+            elif step < 1:  # shortened enough; the matrix is of no use far from where it was made
+                self._factors = None
+                continue
+            elif _updates_to_go(last_size, size, tolerance) > PATIENCE:
+                self._factors = None
+            state.vec.data -= update
+            last.data = update
+            fresh = fresh and step == 0
+            step, last_size = 1.0, size
+        return self._give_up(result, f"no convergence to {tolerance:.1e}")
+
+    def adjoint(
+        self, state: ngsolve.GridFunction
+    ) -> Callable[[ngsolve.BaseVector], ngsolve.BaseVector]:
+        """Solver with the transposed matrix: the last one, or that at the state.
+
+        Raises:
+            FactorisationError: There is no last one, and that at the state is singular.
+        """
+        if self._factors is None:
+            self._form.AssembleLinearization(state.vec)
+            self._factors = factorise(self._form, self._free)
+        factors = self._factors
+
+        def solve(right: ngsolve.BaseVector) -> ngsolve.BaseVector:
+            solution = right.CreateVector()
+            factors.solve_transposed(right, solution)
+            return solution
+
+        return solve
+
+    def _give_up(self, result: Convergence, reason: str) -> Convergence:
+        """The result with the reason; the matrix is of no further use."""
+        self._factors = None
+        last = result.updates[-1]
+        result.reason = f"{reason}: update {last:.1e} in iteration {result.iterations}"
+        return result
+
+
+def _hopeless(firsts: list[float]) -> str:
+    """Why to give up, from the size of the first update with each matrix; empty to go on."""
+    if not firsts[-1] < DIVERGENCE:
+        return "diverged"
+    if len(firsts) > STALL and firsts[-1] > min(firsts[:-STALL]) / 2:
+        return "stalled"
+    return ""
+
+
+def _updates_to_go(before: float, last: float, tolerance: float) -> float:
+    """Number of further updates at the present rate of contraction."""
+    return math.log(tolerance / last) / math.log(last / before)

@@ -1,0 +1,81 @@
+"""Undisturbed flow: fully developed tube flow of the fluid, from its viscometric functions.
+
+One Giesekus mode in steady shear of rate gamma has the viscosity (Bird, Armstrong & Hassager,
+Dynamics of Polymeric Liquids 1, 1987, table 7.3-4)
+
+    eta(gamma)/eta_k = (1 - f)^2/(1 + (1 - 2 alpha) f),    f = (1 - chi)/(1 + (1 - 2 alpha) chi),
+    chi^2 = [sqrt(1 + k) - 1]/(k/2),    k = 16 alpha (1 - alpha) (lambda gamma)^2.
+
+The shear stress T = eta gamma is proportional to r, and Ubar and U_max follow from integrals over
+the shear rate up to that at the wall, gamma_w with T_w (Rabinowitsch), here integrated by parts:
+
+    Ubar  = R/T_w^3 [gamma_w T_w^3 - int_0^gamma_w T^3 dgamma]/3,
+    U_max = R/T_w [gamma_w T_w - int_0^gamma_w T dgamma],       -dp/dz = 2 T_w/R.
+
+gamma_w is the one for which Ubar = 1. Needs no mesh: `dns` takes U_max from here, and tests
+compare the two.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from viscotrain.errors import FluidError
+from viscotrain.fluid.parameters import CHANNEL_RADIUS, DimensionlessFluid
+
+QUADRATURE_POINTS = 400  # Gauss-Legendre in the shear rate: U_max to 1e-9 up to De = 1000
+LARGEST_WALL_SHEAR_RATE = (
+    1e6  # bracket of gamma_w, in Ubar/D; 8 if Newtonian, more if shear-thinning
+)
+
+
+class PipeFlow(NamedTuple):
+    """Centreline velocity in Ubar and pressure gradient -dp/dz in eta_0 Ubar/D^2."""
+
+    centreline_velocity: float
+    pressure_gradient: float
+
+
+def shear_viscosity(shear_rate: np.ndarray, fluid: DimensionlessFluid, deborah: float):
+    """Steady shear viscosity in eta_0; same shape as `shear_rate`, which is in Ubar/D."""
+    eta = np.full_like(shear_rate, fluid.solvent)
+    for mode in fluid.modes:
+        alpha = mode.mobility
+        k = 16 * alpha * (1 - alpha) * (deborah * mode.relaxation_time * shear_rate) ** 2
+        chi = np.sqrt(2 / (np.sqrt(1 + k) + 1))  # as above, without its 0/0
+        f = (1 - chi) / (1 + (1 - 2 * alpha) * chi)
+        eta += mode.viscosity * (1 - f) ** 2 / (1 + (1 - 2 * alpha) * f)
+    return eta
+
+
+def pipe_flow(fluid: DimensionlessFluid, deborah: float) -> PipeFlow:
+    """Flow of unit mean velocity at De = lambda_1 Ubar/D.
+
+    Raises:
+        FluidError: The shear stress decreases with the shear rate (a mobility above 1/2 with little
+            solvent), so that the steady profile is not unique.
+    """
+    points, weights = np.polynomial.legendre.leggauss(QUADRATURE_POINTS)
+    points, weights = (points + 1) / 2, weights / 2
+
+    def stress(shear_rate):
+        return shear_viscosity(shear_rate, fluid, deborah) * shear_rate
+
+    def mean_velocity(wall_rate):
+        T, T_w = stress(wall_rate * points), stress(np.array(wall_rate))
+        return CHANNEL_RADIUS * wall_rate * (1 - weights @ (T / T_w) ** 3) / 3
+
+    wall_rate = brentq(
+        lambda rate: mean_velocity(rate) - 1, 1.0, LARGEST_WALL_SHEAR_RATE, xtol=1e-12
+    )
+    T, T_w = stress(wall_rate * points), float(stress(np.array(wall_rate)))
+    if np.any(np.diff(T) < 0):
+        raise FluidError(
+            f"shear stress is not a monotonic function of the shear rate at De = {deborah:g}; "
+            "allowed: mobility up to 1/2, or enough solvent"
+        )
+    return PipeFlow(
+        centreline_velocity=float(CHANNEL_RADIUS * wall_rate * (1 - weights @ (T / T_w))),
+        pressure_gradient=2 * T_w / CHANNEL_RADIUS,
+    )

@@ -1,0 +1,1 @@
+"""How scripts run: messages, files, provenance, progress."""

@@ -1,0 +1,29 @@
+"""Writing figures: PNG, PDF and the data they show, free of clocks."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from viscotrain.drawing.style import Drawing, styled
+from viscotrain.jobs import datasets
+
+HIDDEN = {"CreationDate": None, "ModDate": None}  # clocks, which would spoil identical bytes
+
+
+@styled
+def save(drawing: Drawing, stem: str | Path) -> list[Path]:
+    """Write `stem`.png, `stem`.pdf and `stem`.nc or `stem`.csv; bytes depend on content only."""
+    stem = Path(stem)
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    table = isinstance(drawing.data, pd.DataFrame)
+    # with_suffix would cut names at their decimal point
+    paths = [
+        stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")
+    ]
+    drawing.figure.savefig(paths[0], metadata={"Software": None})
+    drawing.figure.savefig(paths[1], metadata=HIDDEN)
+    if table:
+        drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
+    else:
+        datasets.write(drawing.data, paths[2])
+    return paths

@@ -1,0 +1,128 @@
+"""How far a study's simulations are: which points are there, and whether holes are too many yet.
+
+A file counts if it was made with the present settings and physics code.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+import yaml
+
+from viscotrain.config.models import Study, geometry_name, parse_study, point_name, simulated
+from viscotrain.jobs.provenance import PHYSICS, digest
+from viscotrain.table.assembly import point_error
+from viscotrain.table.triplets import simulated_as
+from viscotrain.words import INACCURATE, SOLVED, has_solution
+
+Point = tuple[float, float, float]  # sp, sf, De
+
+
+def made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
+    """Study and digest that a file was made with; none for a file that tells no valid ones."""
+    if not path.exists():
+        return None, ""
+    try:
+        with xr.open_dataset(path) as dataset:
+            attributes = dict(dataset.attrs)
+        return parse_study(yaml.safe_load(attributes["study_config"])), attributes[digest_attribute]
+    except (KeyError, OSError, ValueError):  # not netCDF, or of another version
+        return None, ""
+
+
+def outcomes(study: Study, folder: Path) -> dict[Point, int]:
+    """Status of every point that is simulated already.
+
+    Args:
+        study: The config.
+        folder: Of its results.
+    """
+    transient = study.dns.method == "transient"
+    wanted = study.transient_settings() if transient else study.dns_settings()
+    physics, found = digest(PHYSICS), {}
+    for path, points in _files(study, folder).items():
+        made, code = made_with(path, "physics_digest")
+        if code != physics:
+            continue
+        if wanted != (made.transient_settings() if transient else made.dns_settings()):
+            continue
+        with xr.open_dataset(path) as result:
+            status = dict(
+                zip(result["deborah"].values.flat, result["status"].values.flat, strict=True)
+            )
+        if set(status) == {De for *_, De in points}:
+            found |= {point: int(status[point[2]]) for point in points}
+    return found
+
+
+def _files(study: Study, folder: Path) -> dict[Path, list[Point]]:
+    """Files of the simulations, each with the points that it holds."""
+    files: dict[Path, list[Point]] = {}
+    for geometry, deborahs in simulated(study).items():
+        for De in deborahs:
+            path = folder / "dns" / f"{geometry_name(*geometry)}.nc"
+            if study.dns.method == "transient":
+                path = folder / "transient" / f"{point_name(*geometry, De)}.nc"
+            files.setdefault(path, []).append((*geometry, De))
+    return files
+
+
+def holes(study: Study, found: dict[Point, int]) -> int:
+    """Points of the table that have no solution, by what is simulated already.
+
+    A neighbour that is not there needs the velocity of the single sphere.
+    """
+
+    def failed(sp: float, sf: float, De: float) -> bool:
+        simulation = *simulated_as(sp, sf, De, study.geometries), De
+        return not has_solution(found.get(simulation, SOLVED))
+
+    return sum(
+        failed(*geometry, De) or (math.inf in geometry and failed(math.inf, math.inf, De))
+        for geometry in study.geometries
+        for De in study.deborah.values
+    )
+
+
+def line(study: Study, name: str, result: xr.Dataset, folder: Path) -> str:
+    """One line about a finished simulation, with a warning if the table has too many holes now.
+
+    Args:
+        study: The config.
+        name: Of the simulation.
+        result: With the status at each De or at the only one.
+        folder: Of the study's results.
+    """
+    status, deborahs = result["status"].values.ravel(), result["deborah"].values.ravel()
+    solved = deborahs[has_solution(status)]
+    text = f"{name}: solved {solved.size} of {deborahs.size} De"
+    if solved.size:
+        text += f", up to {solved.max():g}"
+    text += _inaccurate(result, deborahs[status == INACCURATE])
+    if solved.size == deborahs.size:
+        return text
+    reasons = result["reason"].values.ravel()[~has_solution(status)]
+    reason = next(filter(None, map(str, reasons)), "")
+    text += f"; {reason}" if reason else ""
+    missing, allowed = holes(study, outcomes(study, folder)), study.table.max_holes
+    if missing > allowed:
+        text += (
+            f"\nwarning: the table has {missing} holes by now; allowed: {allowed} "
+            "(table.max_holes). The table step will refuse them"
+        )
+    return text
+
+
+def _inaccurate(result: xr.Dataset, deborahs: np.ndarray) -> str:
+    """How many points are not accurate, and the largest estimated error among them."""
+    if not deborahs.size:
+        return ""
+    text = f"; not accurate: {deborahs.size}"
+    error = point_error(result.sel(deborah=deborahs))
+    if not np.isfinite(error).any():
+        return text + ", errors not estimated"
+    worst = int(np.nanargmax(error))
+    return (
+        text + f", largest estimated error {float(error[worst]):.1e} Ubar at De {deborahs[worst]:g}"
+    )

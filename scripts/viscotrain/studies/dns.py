@@ -1,0 +1,296 @@
+"""The dns stage for one geometry: from a study to what is solved, logged and stored.
+
+A point that does not converge is a result: NaN with a status and the reason, and the points above
+it in De, which continuation cannot reach, are marked as not attempted. A point that is, by the
+estimate of its error, not accurate keeps its velocities and has a status of its own. The
+conformation exp(psi) is positive definite whatever psi is, so losing definiteness is no way to
+fail; a number that is not finite is, and `newton` checks for it.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import ngsolve
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from viscotrain.config.models import (
+    Study,
+    geometry_name,
+    number_name,
+    simulated_deborahs,
+)
+from viscotrain.errors import FluidError, SolutionError
+from viscotrain.flow import continuation, fields
+from viscotrain.flow.discretisation import Flow
+from viscotrain.flow.geometry import Geometry
+from viscotrain.flow.meshes import MeshOptions, Sizes, make_mesh
+from viscotrain.fluid.pipe import PipeFlow, pipe_flow
+from viscotrain.table.assembly import ATTRIBUTES
+from viscotrain.words import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, PAIRS, PARTICLES, SOLVED
+
+Report = Callable[[str], None]
+OWN_ATTRIBUTES = {
+    "pressure_gradient": {
+        "long_name": "minus mean pressure gradient over the periodic length, "
+        "over zero-shear viscosity times mean velocity over squared channel diameter",
+        "units": "1",
+    },
+    "undisturbed_pressure_gradient": {
+        "long_name": "the same of the flow without spheres",
+        "units": "1",
+    },
+    "residual": {"long_name": "rms residual before the last update", "units": "1"},
+    "iterations": {"long_name": "iterations since the Deborah number before", "units": "1"},
+    "fallback": {
+        "long_name": "1 if solved on the mesh of the start, since the iteration was stuck on "
+        "refined ones",
+        "units": "1",
+    },
+    "elements": {"long_name": "elements of the mesh", "units": "1"},
+    "unknowns": {"long_name": "unknowns of the discrete problem", "units": "1"},
+    "length": {"long_name": "periodic length over channel diameter", "units": "1"},
+    "confinement": {"long_name": "sphere over channel diameter", "units": "1"},
+    "reason": {"long_name": "why there is no solution, or none that is accurate"},
+}
+
+
+def triplet(study: Study, sp: float, sf: float) -> Geometry:
+    """The triplet in the periodic box that the study asks for."""
+    return Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
+
+
+def mesh_options(study: Study) -> MeshOptions:
+    """Sizes of the mesh that a simulation starts with."""
+    sizes = study.dns
+    return MeshOptions(
+        sphere_elements=sizes.sphere_elements,
+        axis_size=sizes.axis_size,
+        wall_size=sizes.wall_size,
+        gap_elements=sizes.gap_elements,
+    )
+
+
+def mesh_of(study: Study, geometry: Geometry, sizes: Sizes | None = None) -> ngsolve.Mesh:
+    """Mesh of one geometry, with the sizes of the config or with others."""
+    curves = max(study.dns.velocity_order, continuation.NEWTONIAN_ORDER)
+    return make_mesh(geometry, mesh_options(study), curves, sizes)
+
+
+def make_flow(study: Study, geometry: Geometry) -> Flow:
+    """Unknowns of one geometry on the mesh that a simulation starts with."""
+    mesh = mesh_of(study, geometry)
+    return Flow(geometry, mesh, study.dimensionless_fluid, study.dns.velocity_order)
+
+
+def solver_options(study: Study) -> continuation.SolverOptions:
+    """The solver's part of the config."""
+    return continuation.SolverOptions(
+        tolerance=study.dns.tolerance,
+        max_iterations=study.dns.max_iterations,
+        deborah_step=study.dns.deborah_step,
+        accuracy=study.dns.accuracy,
+        relative_accuracy=study.dns.relative_accuracy,
+        max_elements=study.dns.max_elements,
+    )
+
+
+def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iterator:
+    """(De of the config, `Solution`) of one geometry, ascending, up to a De of the config."""
+    wanted = [De for De in study.deborah.values if De <= up_to]
+    found = continuation.solve(
+        make_flow(study, geometry),
+        [study.deborah_longest_mode(De) for De in wanted],
+        solver_options(study),
+        remesh=partial(mesh_of, study, geometry),
+    )
+    yield from zip(wanted, found, strict=False)
+
+
+def simulate(
+    study: Study, sp: float, sf: float, report: Report, vtu_folder: Path | None = None
+) -> tuple[xr.Dataset, pd.DataFrame]:
+    """Solve one geometry at the Deborah numbers at which the study needs it.
+
+    These are all, or all but 0 where the mirror image is solved; see `triplets`.
+
+    Args:
+        study: The config.
+        sp: Distance of the middle to the trailing sphere, in d, or infinite.
+        sf: Distance of the leading to the middle sphere, in d, or infinite.
+        report: Takes a line of text per Deborah number.
+        vtu_folder: Where fields go as VTU; None for nowhere.
+
+    Returns:
+        Dataset (deborah, particle) and table of CPU seconds per Deborah number.
+    """
+    wanted = study.at(simulated_deborahs(study, sp, sf))
+    result = _empty(wanted, sp, sf)
+    result.attrs = {"title": f"triplet {geometry_name(sp, sf)} of study {study.study}"}
+    seconds, last = [], None
+    for De, solution in solutions(wanted, triplet(study, sp, sf)):
+        reason = explanation(study, De, solution, last)
+        report(_line(De, solution, reason))
+        _insert(result, De, solution, reason)
+        last = De
+        seconds.append({"deborah": De, "cpu_seconds": round(solution.seconds, 3)})
+        if solution.solved and vtu_folder is not None:
+            fields.write_vtu(solution.flow, vtu_folder / f"De{number_name(De)}")
+    timing = pd.DataFrame(seconds).assign(
+        sp=sp, sf=sf, unknowns=[int(n) for n in result["unknowns"].values[: len(seconds)]]
+    )
+    return result, timing
+
+
+def field(study: Study, sp: float, sf: float, deborah: float, report: Report) -> xr.Dataset:
+    """Mesh, velocity, pressure and stress at one point of the table; see `fields.sample`.
+
+    Raises:
+        SolutionError: The point did not converge.
+    """
+    ((_, solution),) = solutions(study.at([deborah]), triplet(study, sp, sf))
+    reason = explanation(study, deborah, solution)
+    report(_line(deborah, solution, reason))
+    if not solution.solved:
+        raise SolutionError(f"{geometry_name(sp, sf)}: {reason}")
+    sampled = fields.sample(solution.flow)
+    sampled = sampled.assign(
+        {"sp": sp, "sf": sf, "deborah": deborah, "confinement": study.confinement}
+    )
+    sampled["length"] = solution.flow.geometry.length
+    title = f"fields of study {study.study} at De = {deborah:g}, {geometry_name(sp, sf)}"
+    return sampled.assign_attrs(title=title)
+
+
+def explanation(
+    study: Study, De: float, solution: continuation.Solution, last: float | None = None
+) -> str:
+    """Why there is no solution and what might help, or why it is not accurate; else empty.
+
+    Args:
+        study: The config.
+        De: Deborah number of the solution, in the definition of the study.
+        solution: What was found there.
+        last: The Deborah number solved before; None if there is none.
+    """
+    elements = f"{solution.flow.mesh.ne} elements"
+    if solution.solved and solution.accurate:
+        return ""
+    if solution.solved and solution.error is None:
+        return f"no estimate of the error, on {elements}"
+    if solution.solved:
+        return f"estimated error {solution.estimated_error:.1e} Ubar is too large, on {elements}"
+    if math.isnan(undisturbed(study, De).centreline_velocity):
+        return "no unique steady flow: shear stress of the undisturbed flow is not monotonic"
+    why = solution.convergence.reason.replace("at De =", "at lambda_1 Ubar/D =")
+    before = "" if last is None else f" (last solved: {last:g})"
+    return f"not resolved at De = {De:g}{before}, on {elements}: {why}; {_remedy(why)}"
+
+
+def _remedy(reason: str) -> str:
+    """What might help an iteration that ended for this reason."""
+    if "no convergence" in reason:
+        return "more iterations may help (dns.max_iterations)"
+    if "factorisation" in reason:
+        return "fewer elements or more memory may help (dns.max_elements)"
+    return "a finer mesh (dns.max_elements) or a fluid with more solvent may help"
+
+
+def _line(De: float, solution: continuation.Solution, reason: str) -> str:
+    convergence = solution.convergence
+    text = f"De {De:g}: {solution.iterations} iterations, residual {convergence.residual:.1e}"
+    if solution.solved:
+        velocities = ", ".join(f"{name} {U:.7f}" for name, U in solution.velocities.items())
+        text += f", U/Ubar {velocities}, estimated error {solution.estimated_error:.1e}"
+        if solution.fallback:
+            text += ", on the mesh of the start since refined ones were stuck"
+        if not solution.accurate:
+            text += f", NOT ACCURATE with {solution.flow.mesh.ne} elements"
+    else:
+        updates = " ".join(f"{update:.0e}" for update in convergence.updates)
+        text += f", NOT SOLVED: {reason} (updates {updates})"
+    return f"{text}, {solution.seconds:.1f} CPU s"
+
+
+def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
+    De = np.array(study.deborah.values, dtype=float)
+    n, blank = De.size, np.full(De.size, np.nan)
+    pipes = [undisturbed(study, value) for value in De]
+    scales = [study.scales(value) for value in De]
+    none = np.zeros(n, dtype=np.int32)
+    result = xr.Dataset(
+        {
+            "velocity": (("deborah", "particle"), np.full((n, len(PARTICLES)), np.nan)),
+            "pressure_gradient": ("deborah", blank.copy()),
+            "undisturbed_pressure_gradient": (
+                "deborah",
+                [flow.pressure_gradient for flow in pipes],
+            ),
+            "centreline_velocity": ("deborah", [flow.centreline_velocity for flow in pipes]),
+            "velocity_error": ("deborah", blank.copy()),
+            "relative_velocity_error": (("deborah", "pair"), np.full((n, len(PAIRS)), np.nan)),
+            "status": ("deborah", np.full(n, NOT_ATTEMPTED, dtype=np.int8)),
+            "reason": ("deborah", np.array(["a smaller De was not solved"] * n, dtype=object)),
+            "residual": ("deborah", blank.copy()),
+            "iterations": ("deborah", none.copy()),
+            "unknowns": ("deborah", none.copy()),
+            "elements": ("deborah", none.copy()),
+            "fallback": ("deborah", none.copy()),
+            "length": ((), np.nan),
+            "confinement": ((), study.confinement),
+            "sp": ((), sp),
+            "sf": ((), sf),
+        },
+        coords={
+            "deborah": De,
+            "particle": list(PARTICLES),
+            "pair": list(PAIRS),
+            "deborah_longest_mode": ("deborah", [s.deborah_longest_mode for s in scales]),
+            "deborah_mean_relaxation_time": (
+                "deborah",
+                [s.deborah_mean_relaxation_time for s in scales],
+            ),
+        },
+    )
+    for name, variable in result.variables.items():
+        variable.attrs.update(OWN_ATTRIBUTES.get(name, ATTRIBUTES.get(name, {})))
+    return result
+
+
+def undisturbed(study: Study, De: float) -> PipeFlow:
+    """Flow without spheres; NaN where a steady profile is not unique."""
+    try:
+        return pipe_flow(study.dimensionless_fluid, study.deborah_longest_mode(De))
+    except FluidError:
+        return PipeFlow(math.nan, math.nan)
+
+
+def _status(solution: continuation.Solution) -> int:
+    if not solution.solved:
+        return NOT_CONVERGED
+    return SOLVED if solution.accurate else INACCURATE
+
+
+def _insert(result: xr.Dataset, De: float, solution: continuation.Solution, reason: str):
+    """Write one solution into the dataset, in place."""
+    at = {"deborah": De}
+    flow = solution.flow
+    for name, U in solution.velocities.items():
+        result["velocity"].loc[at | {"particle": name}] = U
+    result["pressure_gradient"].loc[at] = solution.pressure_gradient
+    if solution.solved and solution.error is not None:
+        result["velocity_error"].loc[at] = solution.error.velocity
+        names = flow.geometry.spheres
+        for behind, ahead, error in zip(names, names[1:], solution.error.relative, strict=False):
+            result["relative_velocity_error"].loc[at | {"pair": f"{ahead}-{behind}"}] = error
+    result["status"].loc[at] = _status(solution)
+    result["reason"].loc[at] = reason
+    result["residual"].loc[at] = solution.convergence.residual
+    result["iterations"].loc[at] = solution.iterations
+    result["unknowns"].loc[at] = flow.space.ndof
+    result["elements"].loc[at] = flow.mesh.ne
+    result["fallback"].loc[at] = int(solution.fallback)
+    result["length"][()] = flow.geometry.length

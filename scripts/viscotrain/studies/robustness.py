@@ -1,0 +1,406 @@
+"""How far the simulation reaches: a designed sample of fluids and geometries, solved by default.
+
+Design. A Latin hypercube of `MAIN_POINTS` over everything that a config may ask for (ranges below),
+and one of `CORNER_POINTS` over fluids close to those of Boger, where stress grows without a bound
+or little solvent smooths it: mobilities up to 0.05, or a solvent share up to 0.05. Every coordinate
+has one point in each of its equal strata; those of modes or distances that a point does not have
+are not used. Point n is the same whichever points are solved.
+
+Runs. The `default` run of a point has the settings of `config.DnsConfig`. Its `reference` has a
+higher order, another, finer mesh to start with, a tenth of the errors and up to twice the elements;
+the difference of both is taken as the error of the default. It does not contain that of the length
+of the box, which both share.
+
+Nothing depends on the speed of the machine: no run has a limit of time.
+"""
+
+import contextlib
+import itertools
+import json
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from viscotrain.config.models import DnsConfig
+from viscotrain.flow import continuation as dns
+from viscotrain.flow.process import use_one_core
+from viscotrain.fluid.parameters import DimensionlessFluid, Mode
+from viscotrain.jobs import provenance
+from viscotrain.studies import dns as simulation
+from viscotrain.words import PARTICLES
+
+SEED = 20240
+MAIN_POINTS, CORNER_POINTS = 60, 12
+MAIN, CORNER = "main", "corner"
+MOST_MODES, SPHERES = 4, 3
+MOBILITY = (0.05, 0.49)
+SOLVENT = (0.05, 0.9)  # eta_s/eta_0
+CONFINEMENT = (0.1, 0.5)  # d/D
+GAP = (0.05, 5.0)  # between surfaces, in d
+DEBORAH = (0.3, 40.0)  # of the longest mode, but for the points at 0
+NEWTONIAN_SHARE = 0.05  # of the main points, at De = 0
+TIME_RATIO = (0.01, 1.0)  # of the further modes to the longest
+WEAK_MOBILITY = (0.0, 0.05)  # in one half of the corner
+OLDROYD_SHARE = 0.2  # of that half, with mobilities that are exactly 0
+LITTLE_SOLVENT = (0.01, 0.05)  # in the other half
+CORNER_DEBORAH = (0.3, 5.0)
+COORDINATES = (
+    *("modes", "spheres", "gap_behind", "gap_ahead", "confinement", "solvent", "deborah"),
+    *(f"mobility{k}" for k in range(1, MOST_MODES + 1)),
+    *(f"share{k}" for k in range(1, MOST_MODES + 1)),
+    *(f"time{k}" for k in range(2, MOST_MODES + 1)),
+)
+
+DEFAULT, REFERENCE = "default", "reference"
+REFERENCE_ACCURACY = 0.1  # over that of the default
+REFERENCE_ELEMENTS = 2  # the most, over those of the default
+REFERENCE_MODES = 2  # that may have so many; with more, memory sets a limit to the product
+REFERENCE_SIZE = 0.7  # of the elements of the first mesh
+HIGHEST_ORDER = 6  # that a config may ask for
+FLOOR = 1e-7  # Ubar: tolerance of the iteration, below which errors are not told apart
+FACTOR = 20.0  # within which an estimate should be of the error
+PAIRS = ("middle_minus_trailing", "leading_minus_middle")
+
+# --------------------------------------------------------------------------------------- design
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of the sample; distances in d, infinite without a neighbour."""
+
+    index: int
+    part: str
+    fluid: DimensionlessFluid
+    confinement: float
+    sp: float
+    sf: float
+    deborah: float
+
+
+def design(seed: int = SEED) -> list[Point]:
+    """The main sample, then the corner."""
+    main, corner = coordinates(seed)
+    points = [_main_point(n, dict(zip(COORDINATES, u, strict=True))) for n, u in enumerate(main)]
+    for n, u in enumerate(corner):
+        points.append(_corner_point(n, dict(zip(COORDINATES, u, strict=True))))
+    return points
+
+
+def coordinates(seed: int) -> tuple[NDArray, NDArray]:
+    """Latin hypercubes (points, `COORDINATES`) in [0, 1) of the main sample and of the corner."""
+    children = np.random.SeedSequence(seed).spawn(2)
+    main, corner = (
+        qmc.LatinHypercube(len(COORDINATES), seed=np.random.default_rng(child)).random(count)
+        for child, count in zip(children, (MAIN_POINTS, CORNER_POINTS), strict=True)
+    )
+    return main, corner
+
+
+def _main_point(index: int, u: dict[str, float]) -> Point:
+    above = (u["deborah"] - NEWTONIAN_SHARE) / (1 - NEWTONIAN_SHARE)
+    fluid = _fluid(u, MOBILITY, _logarithmic(u["solvent"], SOLVENT))
+    return _point(index, MAIN, u, fluid, _logarithmic(above, DEBORAH) if above >= 0 else 0.0)
+
+
+def _corner_point(number: int, u: dict[str, float]) -> Point:
+    """One half has weak mobilities, the other one little solvent."""
+    if number % 2 == 0:
+        oldroyd = number < OLDROYD_SHARE * CORNER_POINTS
+        mobility = (0.0, 0.0) if oldroyd else WEAK_MOBILITY
+        fluid = _fluid(u, mobility, _logarithmic(u["solvent"], SOLVENT))
+    else:
+        fluid = _fluid(u, MOBILITY, _logarithmic(u["solvent"], LITTLE_SOLVENT))
+    De = _logarithmic(u["deborah"], CORNER_DEBORAH)
+    return _point(MAIN_POINTS + number, CORNER, u, fluid, De)
+
+
+def _fluid(u: dict[str, float], mobility: tuple[float, float], solvent: float):
+    """Shares of the modes that are uniform among all that add up to one; the longest is first."""
+    count = 1 + int(MOST_MODES * u["modes"])
+    weights = np.array([-math.log1p(-u[f"share{k}"]) for k in range(1, count + 1)])
+    ratios = [1.0, *(_logarithmic(u[f"time{k}"], TIME_RATIO) for k in range(2, count + 1))]
+    modes = [
+        Mode(float((1 - solvent) * share), ratio, _linear(u[f"mobility{k}"], mobility))
+        for k, (share, ratio) in enumerate(zip(weights / weights.sum(), ratios, strict=True), 1)
+    ]
+    return DimensionlessFluid.from_physical(solvent, modes)
+
+
+def _point(index: int, part: str, u: dict[str, float], fluid, De: float) -> Point:
+    count = 1 + int(SPHERES * u["spheres"])
+    behind, ahead = (1 + _logarithmic(u[name], GAP) for name in ("gap_behind", "gap_ahead"))
+    return Point(
+        index=index,
+        part=part,
+        fluid=fluid,
+        confinement=_linear(u["confinement"], CONFINEMENT),
+        sp=behind if count > 2 else math.inf,
+        sf=ahead if count > 1 else math.inf,
+        deborah=De,
+    )
+
+
+def _linear(u: float, limits: tuple[float, float]) -> float:
+    low, high = limits
+    return float(low + (high - low) * u)
+
+
+def _logarithmic(u: float, limits: tuple[float, float]) -> float:
+    low, high = limits
+    return float(low * (high / low) ** u)
+
+
+# ------------------------------------------------------------------------------------- solution
+
+
+@dataclass(frozen=True)
+class Case:
+    """What `simulation` reads of a study to solve one geometry."""
+
+    dimensionless_fluid: DimensionlessFluid
+    confinement: float
+    dns: DnsConfig
+
+
+def finer(settings: DnsConfig, modes: int) -> DnsConfig:
+    """Settings of the reference of a fluid with so many modes."""
+    most = settings.max_elements * REFERENCE_ELEMENTS * REFERENCE_MODES
+    return settings.model_copy(
+        update={
+            "velocity_order": min(settings.velocity_order + 1, HIGHEST_ORDER),
+            "sphere_elements": round(settings.sphere_elements / REFERENCE_SIZE),
+            "axis_size": settings.axis_size * REFERENCE_SIZE,
+            "wall_size": settings.wall_size * REFERENCE_SIZE,
+            "accuracy": settings.accuracy * REFERENCE_ACCURACY,
+            "relative_accuracy": settings.relative_accuracy * REFERENCE_ACCURACY,
+            "max_elements": round(most / max(modes, REFERENCE_MODES)),
+        }
+    )
+
+
+def solve(
+    point: Point,
+    run: str = DEFAULT,
+    settings: DnsConfig | None = None,
+    report: Callable[[str], None] = lambda _: None,
+) -> dict:
+    """Solve one point; a row of the table of results.
+
+    Args:
+        point: Of the design.
+        run: `DEFAULT` or `REFERENCE`.
+        settings: Of the default run; None for those of the config.
+        report: Takes a line of text per mesh.
+    """
+    use_one_core()
+    settings = settings or DnsConfig()
+    if run == REFERENCE:
+        settings = finer(settings, len(point.fluid.modes))
+    case = Case(point.fluid, point.confinement, settings)
+    meshes: list[int] = []
+    label = run_name(point.part, point.index, run)
+
+    def remesh(sizes):
+        mesh = simulation.mesh_of(case, geometry, sizes)
+        meshes.append(mesh.ne)
+        at = f"De {reached[-1][0]:.3g} in order {reached[-1][1]}" if reached else "the start"
+        seconds = time.process_time() - started
+        report(f"{label}: {mesh.ne} elements after {at}, {seconds:.0f} CPU s")
+        return mesh
+
+    started = time.process_time()
+    with _watched() as reached:
+        try:
+            geometry = simulation.triplet(case, point.sp, point.sf)
+            options = simulation.solver_options(case)
+            flow = simulation.make_flow(case, geometry)
+            meshes.append(flow.mesh.ne)
+            (solution,) = dns.solve(flow, [point.deborah], options, remesh=remesh)
+            result = _result(solution)
+        except Exception as error:  # a crash of one point is a result, the others go on
+            result = {"converged": False, "reason": f"{type(error).__name__}: {error}"}
+    if result["converged"]:
+        reached = [(point.deborah, case.dns.velocity_order)]
+    ladder = [De for De, order in reached if order >= case.dns.velocity_order - 1]
+    return _parameters(point, run) | {
+        **result,
+        "deborah_reached": max(ladder, default=0.0),
+        "meshes": json.dumps(meshes),
+        "cpu_seconds": round(time.process_time() - started, 1),
+    }
+
+
+def run_name(part: str, index: int, run: str) -> str:
+    """Of a run, in lines of progress."""
+    return f"{part} {index} {run}"
+
+
+def _parameters(point: Point, run: str) -> dict:
+    modes = [list(asdict(mode).values()) for mode in point.fluid.modes]
+    return {
+        "seed": SEED,
+        "index": point.index,
+        "run": run,
+        "part": point.part,
+        "solvent": point.fluid.solvent,
+        "modes": json.dumps(modes),
+        "confinement": point.confinement,
+        "sp": point.sp,
+        "sf": point.sf,
+        "deborah": point.deborah,
+        "physics_digest": provenance.digest(provenance.PHYSICS),
+    }
+
+
+def _result(solution: dns.Solution) -> dict:
+    result = {
+        "converged": solution.solved,
+        "reason": solution.convergence.reason,
+        "accurate": solution.accurate,
+        "iterations": solution.iterations,
+        "elements": solution.flow.mesh.ne,
+        "unknowns": solution.flow.space.ndof,
+    }
+    spheres, U = solution.flow.geometry.spheres, solution.velocities
+    pairs = [f"{ahead}_minus_{behind}" for behind, ahead in itertools.pairwise(spheres)]
+    if solution.solved:
+        result |= {f"velocity_{name}": U[name] for name in spheres}
+        relative = np.diff([U[name] for name in spheres])
+        result |= dict(zip(pairs, map(float, relative), strict=True))
+    if solution.error is not None:
+        result |= {
+            "estimate": solution.estimated_error,
+            "estimate_velocity": solution.error.velocity,
+        }
+        estimates = map(float, solution.error.relative)
+        result |= {f"estimate_{k}": e for k, e in zip(pairs, estimates, strict=True)}
+    return result
+
+
+@contextlib.contextmanager
+def _watched() -> Iterator[list[tuple[float, int]]]:
+    """(De, order) of all solutions meanwhile: a run that fails does not tell how far it came."""
+    reached, remember = [], dns._Continuation._remember
+
+    def noted(continuation, coordinate: float):
+        remember(continuation, coordinate)
+        reached.append((continuation.deborah, continuation.flow.velocity_order))
+
+    dns._Continuation._remember = noted
+    try:
+        yield reached
+    finally:
+        dns._Continuation._remember = remember
+
+
+def true_error(row, reference) -> float:
+    """Difference that counts, in Ubar: of relative velocities, of U for a single sphere."""
+    relative = [abs(row[name] - reference[name]) for name in PAIRS if name in row]
+    relative = [value for value in relative if math.isfinite(value)]
+    return max(relative, default=abs(row["velocity_middle"] - reference["velocity_middle"]))
+
+
+def with_error(reference: dict, row: dict) -> dict:
+    """The reference with the error of the default run and the estimate over it."""
+    if not (reference["converged"] and row["converged"]):
+        return reference
+    error = true_error(row, reference)
+    ratio = row.get("estimate", math.nan) / error if error > 0 else math.inf
+    return reference | {"true_error": error, "estimate_over_true_error": ratio}
+
+
+COLUMNS = (
+    *("seed", "index", "run", "part", "solvent", "modes", "confinement", "sp", "sf", "deborah"),
+    *("converged", "accurate", "deborah_reached", "reason"),
+    *(f"velocity_{name}" for name in PARTICLES),
+    *PAIRS,
+    *("estimate", "estimate_velocity", *(f"estimate_{name}" for name in PAIRS)),
+    *("true_error", "estimate_over_true_error"),
+    *("meshes", "elements", "unknowns", "iterations", "cpu_seconds", "physics_digest"),
+)
+
+# -------------------------------------------------------------------------------------- summary
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Shares of points; NaN where there are none.
+
+    Attributes:
+        points: Default runs in the table, by part.
+        converged: Share of them, by part.
+        accurate: Share of the converged, by part, within the accuracy asked for.
+        compared: Points with a reference.
+        covered: Share of these whose estimate is not below the error.
+        close: Share of these whose estimate is within `FACTOR` of the error.
+    """
+
+    points: dict[str, int]
+    converged: dict[str, float]
+    accurate: dict[str, float]
+    compared: int
+    covered: float
+    close: float
+
+
+def summarised(table: pd.DataFrame) -> Summary:
+    """Shares of the rows of a table of results; errors and estimates count from `FLOOR` on."""
+    runs = table[table["run"] == DEFAULT].set_index("index")
+    parts = {part: runs[runs["part"] == part] for part in (MAIN, CORNER)}
+    references = table[table["run"] == REFERENCE].set_index("index")
+    error = references["true_error"].dropna().clip(lower=FLOOR)
+    estimate = runs["estimate"].reindex(error.index).clip(lower=FLOOR)
+    ratio = estimate / error
+    return Summary(
+        points={part: len(rows) for part, rows in parts.items()},
+        converged={part: _share(rows["converged"]) for part, rows in parts.items()},
+        accurate={
+            part: _share(rows.loc[rows["converged"].astype(bool), "accurate"])
+            for part, rows in parts.items()
+        },
+        compared=len(ratio),
+        covered=_share(ratio >= 1),
+        close=_share(ratio.between(1 / FACTOR, FACTOR)),
+    )
+
+
+def _share(flags: pd.Series) -> float:
+    return float(flags.astype(float).mean()) if len(flags) else math.nan
+
+
+def report(table: pd.DataFrame) -> str:
+    """The summary in words, with a line for every point that is not as it should be."""
+    found = summarised(table)
+    lines = []
+    for part, total in ((MAIN, MAIN_POINTS), (CORNER, CORNER_POINTS)):
+        if not found.points[part]:
+            continue
+        lines.append(
+            f"{part}: {found.points[part]} of {total} points run, {found.converged[part]:.1%} "
+            f"converged, {found.accurate[part]:.1%} of these accurate"
+        )
+    runs = table[table["run"] == DEFAULT]
+    for row in table[~table["converged"].astype(bool)].itertuples():
+        lines.append(
+            f"  {row.part} {row.index} {row.run}: De {row.deborah:.3g} not solved, "
+            f"reached {row.deborah_reached:.3g}: {row.reason}"
+        )
+    if found.compared:
+        lines.append(
+            f"errors: {found.compared} points with a reference; estimate >= error in "
+            f"{found.covered:.1%}, within a factor of {FACTOR:g} in {found.close:.1%}"
+        )
+    seconds = runs["cpu_seconds"]
+    lines.append(f"cost: median {seconds.median():.0f}, maximum {seconds.max():.0f} CPU s")
+    if (
+        runs["physics_digest"].nunique() > 1
+        or not (runs["physics_digest"] == provenance.digest(provenance.PHYSICS)).all()
+    ):
+        lines.append("note: some rows are of another version of the solver")
+    return "\n".join(lines)

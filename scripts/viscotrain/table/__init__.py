@@ -1,0 +1,1 @@
+"""The velocity table: velocities of three spheres at any two distances."""

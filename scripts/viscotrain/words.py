@@ -1,0 +1,19 @@
+"""Words that all rooms share: names of spheres, outcomes of simulations, limits.
+
+This module imports nothing: the workflow reads it for every job.
+"""
+
+PARTICLES = ("trailing", "middle", "leading")  # spheres of a triplet, along the flow
+TRAILING, MIDDLE, LEADING = range(3)
+PAIRS = ("middle-trailing", "leading-middle")  # sphere ahead minus sphere behind
+
+SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE = range(4)  # status of a simulated point
+
+CONTACT = 1.0  # distance of touching spheres, in d
+NEGLIGIBLE = 1e-6  # relative velocities below this are the simulation's error, in Ubar
+FEWEST_TRAIN_SPHERES = 3  # that a train starts with, so a channel must hold them
+
+
+def has_solution(status):
+    """Whether there are velocities, be they less accurate than asked for; of any shape."""
+    return (status == SOLVED) | (status == INACCURATE)
