@@ -22,14 +22,14 @@ from viscotrain.config.models import (
 from viscotrain.flow.process import use_one_core
 from viscotrain.jobs import datasets, progress, provenance
 from viscotrain.jobs.command import announce, reporting
-from viscotrain.studies.dns import simulate
+from viscotrain.studies.dns import solve_geometry
 
 
 def main(study: Study, sp: float, sf: float, output: str, timing: str | None = None):
     """Solve, write the dataset and, beside it, the CPU time."""
     use_one_core()
     folder = Path(output).with_suffix("") if study.dns.save_fields else None
-    result, seconds = simulate(study, sp, sf, report=print, vtu_folder=folder)
+    result, seconds = solve_geometry(study, sp, sf, report=print, vtu_folder=folder)
     datasets.write(provenance.stamped(result, study.resolved_yaml()), output)
     if timing:
         Path(timing).parent.mkdir(parents=True, exist_ok=True)

@@ -6,13 +6,13 @@ From the command line: python scripts/inspect_table.py results/demo/table/veloci
 import argparse
 
 from viscotrain.jobs.command import reporting
-from viscotrain.table import assembly
+from viscotrain.table import description
 from viscotrain.table.interpolation import VelocityTable
 
 
 def main(path: str):
     """Print the summary of one file."""
-    print(assembly.summary(VelocityTable.open(path).dataset))
+    print(description.summary(VelocityTable.open(path).dataset))
 
 
 if __name__ == "__main__":

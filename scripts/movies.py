@@ -10,10 +10,11 @@ from pathlib import Path
 import xarray as xr
 
 from viscotrain.config.models import Study, load_study, parse_study, train_name, with_fitted_fluid
-from viscotrain.drawing import figures, movies
+from viscotrain.drawing import encoding, figures, movies
 from viscotrain.jobs import datasets, drawings, provenance
 from viscotrain.jobs.command import reporting
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import films
 
 
 def main(
@@ -35,7 +36,7 @@ def main(
             f"data of the figure {name} of study {study.study}", study.resolved_yaml()
         )
         drawings.save(drawing, Path(figures_folder) / name)
-    if not movies.ffmpeg():
+    if not encoding.ffmpeg():
         print("no ffmpeg found: movies are GIF, larger and coarser than MP4")
     look = {"width": study.movies.width, "frame_rate": study.movies.frame_rate}
     for path in movies.make(positions, folder, **look):
@@ -46,7 +47,7 @@ def positions_of(study: Study, table: str | Path, trains: str | Path) -> xr.Data
     """What the cameras see of the first repeat of a train."""
     train = xr.load_dataset(trains)
     deborah, phi = float(train["deborah"]), float(train["volume_fraction"])
-    result = movies.film(
+    result = films.film(
         VelocityTable.open(table).at(deborah),
         train,
         field_of_view=study.movie_field_of_view(),

@@ -13,9 +13,9 @@ import pandas as pd
 import xarray as xr
 
 from viscotrain.jobs.command import reporting
-from viscotrain.table import assembly
+from viscotrain.table import attributes, description, points
 from viscotrain.trains import design_map
-from viscotrain.trains.recording import headline
+from viscotrain.trains.repeats import headline
 
 
 def main(
@@ -30,16 +30,16 @@ def main(
 ):
     """Write the summary and print it; also the resolved config, as the table holds it."""
     velocities = xr.load_dataset(velocity_table)
-    points, missing = velocities["status"].size, len(list(assembly.holes(velocities)))
-    twins = int((velocities["origin"] != assembly.ITSELF).sum()) if "origin" in velocities else 0
+    total, missing = velocities["status"].size, len(list(points.holes(velocities)))
+    twins = int((velocities["origin"] != attributes.ITSELF).sum()) if "origin" in velocities else 0
     shared = f"; {twins} by the simulation of the same flow" if twins else ""
     cpu = sum(pd.read_csv(path)["cpu_seconds"].sum() for path in timing)
     lines = [
         str(velocities.attrs["title"]),
-        f"  points solved   {points - missing} of {points}, {missing} holes{shared}",
-        f"  points not accurate: {assembly.inaccurate_points(velocities)}, "
-        f"largest estimated error {assembly.largest_error(velocities)}",
-        f"  interpolation   {assembly.largest_check_error(velocities)}",
+        f"  points solved   {total - missing} of {total}, {missing} holes{shared}",
+        f"  points not accurate: {points.inaccurate_points(velocities)}, "
+        f"largest estimated error {description.largest_error(velocities)}",
+        f"  interpolation   {description.largest_check_error(velocities)}",
         f"  simulation      {cpu:.0f} CPU s in {len(timing)} jobs",
         f"  table           {velocity_table}",
     ]

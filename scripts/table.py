@@ -12,7 +12,7 @@ import xarray as xr
 from viscotrain.config.models import Study, load_study, parse_study, with_fitted_fluid
 from viscotrain.jobs import datasets, provenance
 from viscotrain.jobs.command import reporting
-from viscotrain.table import assembly
+from viscotrain.table import assembly, check, description, present
 
 
 def main(study: Study, results: Sequence[str | Path], output: str | Path):
@@ -21,7 +21,7 @@ def main(study: Study, results: Sequence[str | Path], output: str | Path):
     for path in results:
         result = xr.load_dataset(path)
         if "time" in result.dims:
-            result = assembly.after_start_up(result)
+            result = present.after_start_up(result)
         geometry = float(result["sp"]), float(result["sf"])
         (on_grid if geometry in study.geometries else between).append(result)
     velocities = assembly.combine(
@@ -35,9 +35,9 @@ def main(study: Study, results: Sequence[str | Path], output: str | Path):
         ),
     )
     if between:
-        velocities = assembly.check_errors(velocities, between)
+        velocities = check.check_errors(velocities, between)
     datasets.write(velocities, output)
-    print(assembly.summary(velocities))
+    print(description.summary(velocities))
 
 
 def _command_line():

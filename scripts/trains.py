@@ -15,7 +15,7 @@ from viscotrain.config.models import Study, load_study, parse_study, with_fitted
 from viscotrain.jobs import datasets, provenance
 from viscotrain.jobs.command import reporting
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains import recording
+from viscotrain.trains import repeats
 
 
 def main(
@@ -32,7 +32,7 @@ def main(
     """
     started = time.process_time()
     velocities = VelocityTable.open(table)
-    result = recording.run(
+    result = repeats.run_repeats(
         velocities.at(deborah),
         confinement=study.confinement,
         volume_fraction=volume_fraction,
@@ -53,7 +53,7 @@ def main(
         | {"trains_digest": provenance.digest(provenance.TRAINS)},
     )
     datasets.write(result, output)
-    print(recording.summary(result))
+    print(repeats.summary(result))
     print(f"{time.process_time() - started:.1f} CPU s")
 
 

@@ -25,7 +25,7 @@ from viscotrain.flow.process import use_one_core
 from viscotrain.jobs import datasets, progress, provenance
 from viscotrain.jobs.command import announce, reporting
 from viscotrain.studies.dns import triplet
-from viscotrain.studies.transient import simulate, start_up_time
+from viscotrain.studies.transient import follow_from_rest, start_up_time
 
 
 def main(
@@ -35,7 +35,7 @@ def main(
     use_one_core()
     checkpoint = Path(output).with_name(Path(output).name + ".checkpoint.npz")
     checkpoint.parent.mkdir(parents=True, exist_ok=True)
-    result, steps = simulate(
+    result, steps = follow_from_rest(
         study,
         triplet(study, sp, sf),
         deborah,

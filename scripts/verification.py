@@ -49,7 +49,7 @@ def closure_train(study: Study, output: Path, table: str, deborah: float):
     checkpoint = output.with_name(output.name + ".checkpoint.npz")
     checkpoint.parent.mkdir(parents=True, exist_ok=True)
     train = Geometry.train(study.confinement, settings.distances, study.dns.margin)
-    trajectory, _ = transient.simulate(
+    trajectory, _ = transient.follow_from_rest(
         study,
         train,
         deborah,
@@ -60,7 +60,7 @@ def closure_train(study: Study, output: Path, table: str, deborah: float):
     )
     trajectory = provenance.stamped(trajectory, study.resolved_yaml())
     if deborah == 0:
-        finer, _ = transient.simulate(
+        finer, _ = transient.follow_from_rest(
             closure.refined(study), train, deborah, until=settings.duration, report=print
         )
         trajectory = closure.with_refinement(trajectory, finer)

@@ -18,7 +18,8 @@ from viscotrain.drawing import design_figures, figures
 from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Mode
 from viscotrain.jobs import datasets
 from viscotrain.table.assembly import combine as combine_table
-from viscotrain.trains import design_map, recording
+from viscotrain.trains import design_map, statistics
+from viscotrain.trains.repeats import run_repeats
 
 ROOT = Path(__file__).parents[1]
 STATIONS = np.array([0.0, 100.0, 200.0])
@@ -38,7 +39,7 @@ def point(deborah, volume_fraction, stations, scales=None):
         coords={"station": STATIONS},
     )
     law = 2 / 3 * 0.2**2 / volume_fraction
-    dataset = recording.statistics(spacing, law)
+    dataset = statistics.statistics(spacing, law)
     velocity = deborah * D / LAMBDA_1
     for name, value in {
         "deborah": deborah,
@@ -109,7 +110,7 @@ def test_the_mode_is_that_of_all_repeats_together():
         dims=["repeat", "station", "passage"],
         coords={"station": STATIONS},
     )
-    mode = design_map.pooled_mode(recording.statistics(spacing, 4.44))
+    mode = design_map.pooled_mode(statistics.statistics(spacing, 4.44))
     np.testing.assert_allclose(mode, 3.125)  # centre of the bin from 3 to 3.25
 
 
@@ -209,7 +210,7 @@ def test_spacing_law_of_both_channels(hand_made):
 
 def test_simulated_trains_follow_the_law_of_the_tube():
     """With as many spheres as here, within five standard errors; pi/6 is twenty away."""
-    result = recording.run(
+    result = run_repeats(
         triplet(),
         confinement=0.2,
         volume_fraction=0.008,

@@ -26,7 +26,7 @@ def solved(tmp_path_factory):
     """The tiny study's triplet, as written and read again, and the folder of its VTU files."""
     folder = tmp_path_factory.mktemp("dns")
     lines = []
-    result, timing = dns.simulate(TINY, 1.5, 1.5, lines.append, vtu_folder=folder)
+    result, timing = dns.solve_geometry(TINY, 1.5, 1.5, lines.append, vtu_folder=folder)
     result = provenance.stamped(result, TINY.resolved_yaml())
     datasets.write(result, folder / "result.nc")
     return xr.load_dataset(folder / "result.nc"), timing, lines, folder
@@ -76,7 +76,7 @@ def test_the_log_has_a_line_per_deborah_number(solved):
 
 
 def test_missing_spheres_have_no_velocity_of_their_own():
-    result, _ = dns.simulate(TINY, math.inf, 1.5, quiet)
+    result, _ = dns.solve_geometry(TINY, math.inf, 1.5, quiet)
     assert np.isnan(result["velocity"].sel(particle="trailing")).all()
     assert np.isfinite(result["velocity"].sel(particle=["middle", "leading"])).all()
 
@@ -84,7 +84,7 @@ def test_missing_spheres_have_no_velocity_of_their_own():
 def test_errors_are_stored_by_the_pairs_that_are_there():
     third = TINY.dns.model_copy(update={"velocity_order": 3, "accuracy": 1.0})
     study = TINY.model_copy(update={"dns": third})
-    result, _ = dns.simulate(study, math.inf, 1.5, quiet)
+    result, _ = dns.solve_geometry(study, math.inf, 1.5, quiet)
     error = result["relative_velocity_error"]
     assert np.isnan(error.sel(pair="middle-trailing")).all()
     assert (error.sel(pair="leading-middle") > 0).all()
@@ -104,7 +104,7 @@ def test_a_point_that_is_not_accurate_is_solved_and_marked():
     )
     lines = []
     study = TINY.model_copy(update={"dns": rough})
-    result, _ = dns.simulate(study, math.inf, 1.5, lines.append)
+    result, _ = dns.solve_geometry(study, math.inf, 1.5, lines.append)
     assert (result["status"] == INACCURATE).all()
     assert np.isfinite(result["velocity"].sel(particle="middle")).all()
     assert all("NOT ACCURATE" in line for line in lines)
@@ -118,14 +118,14 @@ def test_no_unique_flow_is_named():
     failing = TINY.dns.model_copy(update={"max_iterations": 1})
     study = TINY.model_copy(update={"fluid": fluid, "dns": failing}).at([5.0])
     assert math.isnan(dns.undisturbed(study, 5.0).centreline_velocity)
-    result, _ = dns.simulate(study, math.inf, math.inf, quiet)
+    result, _ = dns.solve_geometry(study, math.inf, math.inf, quiet)
     assert "no unique steady flow: shear stress" in str(result["reason"][0].item())
 
 
 def test_failure_is_a_result():
     """One iteration cannot converge: NaN, a status and a reason, and no exception."""
     failing = TINY.dns.model_copy(update={"max_iterations": 1})
-    result, timing = dns.simulate(TINY.model_copy(update={"dns": failing}), 1.5, 1.5, quiet)
+    result, timing = dns.solve_geometry(TINY.model_copy(update={"dns": failing}), 1.5, 1.5, quiet)
     assert result["status"].values.tolist() == [NOT_CONVERGED, NOT_ATTEMPTED]
     assert np.isnan(result["velocity"]).all()
     reason = str(result["reason"][0].item())
@@ -192,6 +192,6 @@ def test_a_file_holds_the_deborah_numbers_at_which_it_is_needed():
     axis = (1.2, 1.5, math.inf)
     table = TINY.table.model_copy(update={"sp": axis, "sf": axis})
     study = TINY.model_copy(update={"table": table})
-    result, timing = dns.simulate(study, 1.5, 1.2, quiet)
+    result, timing = dns.solve_geometry(study, 1.5, 1.2, quiet)
     assert result["deborah"].values.tolist() == [1.0]
     assert timing["deborah"].tolist() == [1.0]

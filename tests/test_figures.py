@@ -15,10 +15,12 @@ from synthetic import DEMO_NODES, SINGLE, dns_result, relative, triplet
 
 from viscotrain.drawing import conventions, figures, stress_field, train_figures
 from viscotrain.jobs import datasets, drawings
-from viscotrain.table.assembly import check_errors, combine
+from viscotrain.table.assembly import combine
+from viscotrain.table.check import check_errors
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains import recording
-from viscotrain.words import INACCURATE
+from viscotrain.trains.motion import chain_motion
+from viscotrain.trains.repeats import run_repeats
+from viscotrain.words import INACCURATE, LEADING, MIDDLE
 
 ROOT = Path(__file__).parents[1]
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
@@ -60,7 +62,7 @@ def velocity_table(unsolved=frozenset()):
 
 
 def synthetic_train(passages, repeats=2):
-    return recording.run(
+    return run_repeats(
         triplet(law=lambda sp, sf: SINGLE + 20 * (triplet()(sp, sf) - SINGLE)),
         confinement=BETA,
         volume_fraction=0.01,
@@ -222,6 +224,21 @@ def test_nodes_that_are_not_accurate_are_open_and_widen_the_band(table):
     surfaces = figures.relative_velocities(rough, 1.0, BETA).figure
     assert "not accurate" in texts(surfaces)
     assert "not accurate" not in texts(figures.relative_velocities(table, 1.0, BETA).figure)
+
+
+def test_pair_velocity_is_that_of_a_train_of_two_on_any_grid():
+    """One formula for figure, page and train; axes with other nodes interpolate differently."""
+    sp, sf = [1.2, 2.0, np.inf], [1.1, 1.5, 2.5, np.inf]
+    results = [dns_result(p, f) for p in sp for f in sf]
+    table = combine(results, sp=sp, sf=sf, deborah=[0.0, 1.0])
+    data = figures.pair_velocity(table, BETA).data
+    curve = data[(data["kind"] == "interpolated") & (data["deborah"] == 1.0)]
+    s = curve["distance_d"].to_numpy()
+    velocities = VelocityTable(table).at(1.0)
+    expected = [float(chain_motion(velocities, np.array([gap])).relative[0]) for gap in s - 1]
+    np.testing.assert_allclose(curve["relative_velocity_Ubar"], expected, rtol=0, atol=1e-15)
+    trailing, leading = velocities(np.inf, s)[:, MIDDLE], velocities(np.inf, s)[:, LEADING]
+    assert np.abs(leading - trailing - expected).max() > 1e-5  # of the triplet (inf, s) alone
 
 
 def test_pair_velocity_of_a_table_with_holes_has_crosses_and_no_curve(table_with_holes):

@@ -13,7 +13,8 @@ from synthetic import DEMO_NODES, PAPER_NODES, dns_result, superposed, triplet
 
 from viscotrain.errors import TableError
 from viscotrain.table.assembly import combine
-from viscotrain.table.interpolation import TripletVelocities, VelocityTable, coordinate, lubricate
+from viscotrain.table.interpolation import TripletVelocities, VelocityTable, coordinate
+from viscotrain.table.lubrication import lubricate
 from viscotrain.words import LEADING, MIDDLE, TRAILING
 
 REFERENCE = Path(__file__).parent / "reference"

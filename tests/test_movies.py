@@ -19,10 +19,11 @@ from matplotlib.patches import Circle
 from PIL import Image
 from synthetic import PAPER_NODES, dns_result, superposed, triplet
 
-from viscotrain.drawing import figures, movies, style
+from viscotrain.drawing import canvas, encoding, figures, movies, scale_bar, style
 from viscotrain.jobs import datasets
 from viscotrain.table.assembly import combine
-from viscotrain.trains import recording
+from viscotrain.trains import films, statistics
+from viscotrain.trains.repeats import run_repeats
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 BETA, LENGTH, VIEW, FRAMES, INTERVAL = 0.2, 40.0, 5.0, 40, 0.05
@@ -47,7 +48,7 @@ def velocities():
 
 @pytest.fixture(scope="module")
 def train(velocities):
-    return recording.run(
+    return run_repeats(
         velocities,
         confinement=BETA,
         volume_fraction=0.01,
@@ -63,7 +64,7 @@ def train(velocities):
 
 @pytest.fixture(scope="module")
 def data(velocities, train):
-    return movies.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=FRAMES)
+    return films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=FRAMES)
 
 
 COLOURS = {"alone": (0, 114, 178), "touching": (213, 94, 0)}
@@ -116,7 +117,7 @@ def runs(mask):
 def test_spheres_pass_the_station_in_the_film_when_they_do_in_the_train(velocities, train):
     """Passage times of repeat 0 are an independent record of the same spheres."""
     frames = 300  # recorded spheres are there after 12 D/Ubar
-    data = movies.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=frames)
+    data = films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=frames)
     since = train["passage_time"].values[0, 1] - float(train["snapshot_time"][0, 0])
     compared = 0
     for time in since[since < (frames - 1) * INTERVAL]:
@@ -134,12 +135,12 @@ def test_windows_are_centred_but_inside_the_channel(data):
     assert data["window_start"].values.tolist() == [0.0, 17.5, 35.0]
     for n, start in enumerate(data["window_start"].values):
         z = data["position"].values[n]
-        assert np.nanmin(z) >= max(start - movies.MARGIN * BETA, 0)
-        assert np.nanmax(z) <= min(start + VIEW + movies.MARGIN * BETA, LENGTH)
+        assert np.nanmin(z) >= max(start - films.MARGIN * BETA, 0)
+        assert np.nanmax(z) <= min(start + VIEW + films.MARGIN * BETA, LENGTH)
 
 
 def test_the_moving_window_goes_from_inlet_to_outlet_at_the_speed_of_the_train(data, train):
-    span, rows = movies.moving_window(LENGTH, VIEW)
+    span, rows = films.moving_window(LENGTH, VIEW)
     assert (span, rows) == (20.0, 4)
     ends = data["moving_window_end"].values
     assert (ends[0], ends[-1]) == (span, pytest.approx(LENGTH))
@@ -157,11 +158,11 @@ def test_the_moving_window_goes_from_inlet_to_outlet_at_the_speed_of_the_train(d
     [(800, 10, (40, 4)), (20, 10, (10, 1)), (20, 20, (10, 1)), (60, 10, (30, 3))],
 )
 def test_moving_window_is_at_most_half_the_channel(length, view, expected):
-    assert movies.moving_window(length, view) == expected
+    assert films.moving_window(length, view) == expected
 
 
 def test_filming_does_not_change_the_train(velocities, train, data):
-    again = movies.film(velocities, train, field_of_view=8.0, interval=0.11, frames=9)
+    again = films.film(velocities, train, field_of_view=8.0, interval=0.11, frames=9)
     both = np.intersect1d(again["position"].values[1, 0], data["position"].values[1, 0])
     known = data["position"].values[1, 0]
     assert set(both) >= set(known[np.isfinite(known)])
@@ -181,8 +182,8 @@ def test_spheres_are_drawn_where_they_are(data, station):
 
 def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():
     frame = np.full((40, 400, 3), 255, dtype=np.uint8)
-    view = movies.View(start=1.0, scale=100.0, axis=20.0)
-    movies.draw_spheres(frame, view, np.array([1.5, 1.71, 3.0]), BETA)
+    view = canvas.View(start=1.0, scale=100.0, axis=20.0)
+    canvas.draw_spheres(frame, view, np.array([1.5, 1.71, 3.0]), BETA)
     blue = runs(np.abs(frame[20].astype(int) - COLOURS["alone"]).sum(axis=-1) < 30)
     red = runs(np.abs(frame[20].astype(int) - COLOURS["touching"]).sum(axis=-1) < 30)
     assert [(run[0], run.size) for run in blue] == [(190, 20)]  # 0.2 D, centre at 2 D
@@ -193,7 +194,7 @@ def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():
 
 def test_spheres_at_the_edge_are_cut():
     frame = np.full((40, 100, 3), 255, dtype=np.uint8)
-    movies.draw_spheres(frame, movies.View(0.0, 100.0, 20.0), np.array([-0.05, 1.2, 5.0]), BETA)
+    canvas.draw_spheres(frame, canvas.View(0.0, 100.0, 20.0), np.array([-0.05, 1.2, 5.0]), BETA)
     assert runs((frame[20] != 255).any(axis=-1))[0].tolist() == list(range(5))
 
 
@@ -217,7 +218,7 @@ def test_rows_of_the_moving_frame_show_successive_pieces(data):
     ],
 )
 def test_scale_bar_is_round_and_true(view, diameter, micrometres, name):
-    length, words = movies.scale_bar(view, diameter)
+    length, words = scale_bar.scale_bar(view, diameter)
     assert (length * diameter * 1000, words) == (pytest.approx(micrometres), name)
     assert view / 30 < length <= view / 8
 
@@ -281,7 +282,7 @@ def test_decoded_spheres_are_where_the_simulation_says(written, data):
 
 def test_the_same_film_gives_the_same_bytes(written, data, tmp_path):
     frames = movies.station_frames(data, 0, width=WIDTH, frame_rate=RATE)
-    again = movies.write(frames, tmp_path / "again", frame_rate=RATE)
+    again = encoding.write(frames, tmp_path / "again", frame_rate=RATE)
     assert again.read_bytes() == written[0].read_bytes()
 
 
@@ -291,7 +292,7 @@ def test_without_ffmpeg_there_are_gifs(data, tmp_path, monkeypatch):
 
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", missing)
     frames = movies.station_frames(data, 1, width=WIDTH, frame_rate=RATE)
-    path = movies.write(frames, tmp_path / "station_2.5", frame_rate=RATE)
+    path = encoding.write(frames, tmp_path / "station_2.5", frame_rate=RATE)
     assert path.name == "station_2.5.gif"
     view = movies.station_view(data, 1, WIDTH)
     with Image.open(path) as movie:
@@ -350,7 +351,7 @@ def test_strip_of_all_stations_shows_one_moment_to_scale(data):
         np.testing.assert_allclose([circle.center[0] for circle in circles], z)
         assert {2 * circle.radius for circle in circles} == {BETA}
         red = [to_hex(circle.get_facecolor()).upper() == style.VERMILLION for circle in circles]
-        assert red == movies.touching(z, BETA).tolist()
+        assert red == statistics.touching(z, BETA).tolist()
         start = float(drawn["window_start"][n])
         assert axes.get_aspect() == 1 and axes.get_xlim() == (start, start + VIEW)
         assert f"$L/D$ = {STATIONS[n]:g}" in axes.get_ylabel()

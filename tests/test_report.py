@@ -15,7 +15,7 @@ from synthetic import DEMO_NODES, dns_result, triplet
 from viscotrain.drawing import interactive
 from viscotrain.table.assembly import combine
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains import recording
+from viscotrain.trains.repeats import run_repeats
 from viscotrain.words import MIDDLE
 
 ROOT = Path(__file__).parents[1]
@@ -35,7 +35,7 @@ def velocity_table(unsolved=()):
 
 @pytest.fixture(scope="module")
 def train():
-    result = recording.run(
+    result = run_repeats(
         triplet(),
         confinement=0.2,
         volume_fraction=0.01,

@@ -23,21 +23,14 @@ ARROWS_TO_BE_TURNED = {("studies.robustness", "jobs.provenance")}
 LONG_MODULES = {
     "config.models",
     "config.problems",
-    "drawing.movies",
     "flow.batches",
     "flow.continuation",
     "fluid.fluid_fit",
     "studies.robustness",
-    "table.assembly",
-    "trains.recording",
 }
 LONG_FUNCTIONS = {
-    "drawing.movies.film",
     "flow.newton.ModifiedNewton.solve",
     "fluid.fluid_fit.dataset",
-    "trains.design_map.combine",
-    "trains.recording.run",
-    "trains.recording.simulate",
 }
 
 

@@ -12,20 +12,14 @@ from synthetic import DEMO_NODES, dns_result, superposed, triplet
 
 from viscotrain.errors import TableError
 from viscotrain.jobs import datasets
-from viscotrain.table.assembly import (
-    ITSELF,
-    MIRROR,
-    SAME_PAIR,
-    after_start_up,
-    check_errors,
-    combine,
-    holes,
-    inaccurate_points,
-    largest_error,
-    pair_velocity,
-    summary,
-)
+from viscotrain.table.assembly import combine
+from viscotrain.table.attributes import ITSELF, MIRROR, SAME_PAIR
+from viscotrain.table.check import check_errors
+from viscotrain.table.description import largest_error, summary
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.pairs import pair_velocity
+from viscotrain.table.points import holes, inaccurate_points
+from viscotrain.table.present import after_start_up
 from viscotrain.table.triplets import simulations
 from viscotrain.words import INACCURATE
 

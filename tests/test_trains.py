@@ -23,17 +23,14 @@ from synthetic import (
 )
 
 from viscotrain.errors import TrainError
+from viscotrain.fluid import parameters
 from viscotrain.jobs import datasets
 from viscotrain.table.assembly import combine
-from viscotrain.trains import recording
-from viscotrain.trains.recording import (
-    Channel,
-    arrival,
-    chain_motion,
-    confidence,
-    injection_law,
-    statistics,
-)
+from viscotrain.trains import motion, recording
+from viscotrain.trains.injection import injection_law
+from viscotrain.trains.motion import Channel, arrival, chain_motion
+from viscotrain.trains.repeats import run_repeats
+from viscotrain.trains.statistics import confidence, statistics
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 BETA = 0.2
@@ -48,7 +45,7 @@ CHANNEL = {  # short and quick: some 30 spheres at once
 
 
 def simulate(velocities, seed=0, **changes):
-    return recording.simulate(velocities, **CHANNEL | changes, rng=np.random.default_rng(seed))
+    return recording.record_train(velocities, **CHANNEL | changes, rng=np.random.default_rng(seed))
 
 
 def chain_velocities(velocities, distance):
@@ -231,7 +228,7 @@ def test_spheres_that_ignore_each_other_arrive_on_time():
 def test_mean_spacing_is_that_of_the_injection():
     """<s*> = dt_eq U/d = (2/3) beta^2/phi U/U_max."""
     record = simulate(triplet(law=constant), passages=2000)
-    expected = recording.mean_spacing_law(BETA, 0.004) * SINGLE / 1.67
+    expected = parameters.mean_spacing(BETA, 0.004) * SINGLE / 1.67
     # uniform in expected -+ (expected - 1): standard error of 2000 spacings, times four
     tolerance = 4 * (expected - 1) / np.sqrt(3 * 2000)
     np.testing.assert_allclose(record.spacing.mean(axis=1), expected, rtol=0, atol=tolerance)
@@ -278,7 +275,7 @@ def test_tolerance_is_small_enough():
     """Spacings at the outlet, demanded to 1e-3 d; the interaction is twenty times the real one."""
     velocities = triplet(law=strong)
     coarse = simulate(velocities).spacing[-1]
-    fine = simulate(velocities, tolerance=recording.TOLERANCE / 100).spacing[-1]
+    fine = simulate(velocities, tolerance=motion.TOLERANCE / 100).spacing[-1]
     assert np.abs(coarse - simulate(velocities).spacing[0]).max() > 1.0
     assert np.abs(coarse - fine).max() < 1e-3
 
@@ -345,7 +342,7 @@ def test_six_hundred_spheres_in_time():
 
 def run(**changes):
     options = CHANNEL | {"repeats": 3, "seed": 7} | changes
-    return recording.run(triplet(law=strong), **options)
+    return run_repeats(triplet(law=strong), **options)
 
 
 @pytest.fixture(scope="module")
@@ -403,7 +400,7 @@ def test_tracks_are_the_first_recorded_spheres(result):
 
 def test_lines_in_the_moving_frame_are_level_without_interaction():
     options = CHANNEL | {"repeats": 1, "seed": 7}
-    result = recording.run(triplet(law=constant), **options)
+    result = run_repeats(triplet(law=constant), **options)
     track = result["track_position"].values
     # positions near 500 d from times near 100 D/Ubar, rounded some hundred times
     np.testing.assert_allclose(track, track[:, :1].repeat(81, axis=1), rtol=0, atol=1e-10)
@@ -442,10 +439,10 @@ def test_statistics_of_known_spacings():
 
 
 def test_distribution_of_what_enters_is_uniform():
-    result = recording.run(
+    result = run_repeats(
         triplet(law=constant), **CHANNEL | {"repeats": 8, "seed": 3, "passages": 500}
     )
-    expected = recording.mean_spacing_law(BETA, 0.004) * SINGLE / 1.67
+    expected = parameters.mean_spacing(BETA, 0.004) * SINGLE / 1.67
     bins = result["spacing_bin"]
     inside = bins < 2 * expected - 1 - 0.25
     density = result["spacing_density"].sel(station=0.0)[inside.values]

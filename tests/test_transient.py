@@ -8,7 +8,7 @@ import pytest
 from viscotrain.config.models import load_study
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import triplet
-from viscotrain.studies.transient import simulate, start_up_time, time_options
+from viscotrain.studies.transient import follow_from_rest, start_up_time, time_options
 from viscotrain.words import NOT_CONVERGED, SOLVED
 
 TINY = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")
@@ -32,7 +32,7 @@ def test_times_are_in_relaxation_times():
 def test_newtonian_spheres_move_without_start_up():
     """A train of four keeps moving by its velocities; distances follow."""
     geometry = Geometry.train(0.2, [1.3, 2.0, 1.6], margin=1.5)
-    result, steps = simulate(TINY, geometry, 0.0, until=2.0, report=silent)
+    result, steps = follow_from_rest(TINY, geometry, 0.0, until=2.0, report=silent)
     assert result.sizes == {"time": len(steps), "sphere": 4, "gap": 3}
     assert int(result["status"]) == SOLVED
     time, velocity = result["time"].values, result["velocity"].values
@@ -46,7 +46,7 @@ def test_newtonian_spheres_move_without_start_up():
 def test_a_killed_run_goes_on_where_it_was(tmp_path):
     checkpoint = tmp_path / "run.npz"
     geometry = triplet(TINY, np.inf, 1.5)
-    whole, _ = simulate(TINY, geometry, 1.0, until=0.05, report=silent)
+    whole, _ = follow_from_rest(TINY, geometry, 1.0, until=0.05, report=silent)
     lines = []
 
     def die(line):
@@ -55,9 +55,11 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        simulate(TINY, geometry, 1.0, until=0.05, report=die, checkpoint=checkpoint)
+        follow_from_rest(TINY, geometry, 1.0, until=0.05, report=die, checkpoint=checkpoint)
     again = []
-    rest, _ = simulate(TINY, geometry, 1.0, until=0.05, report=again.append, checkpoint=checkpoint)
+    rest, _ = follow_from_rest(
+        TINY, geometry, 1.0, until=0.05, report=again.append, checkpoint=checkpoint
+    )
     assert again[0].startswith("goes on from t = ")
     assert len(again) - 1 == len(whole["time"]) - 4  # the last step before the kill is lost
     np.testing.assert_allclose(rest["time"], whole["time"], rtol=1e-6)
@@ -67,10 +69,10 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path):
 def test_a_checkpoint_of_other_settings_is_not_used(tmp_path):
     checkpoint = tmp_path / "run.npz"
     geometry = triplet(TINY, np.inf, 1.5)
-    simulate(TINY, geometry, 1.0, until=0.01, report=silent, checkpoint=checkpoint)
+    follow_from_rest(TINY, geometry, 1.0, until=0.01, report=silent, checkpoint=checkpoint)
     lines = []
     other = changed(relative_tolerance=1e-5)
-    simulate(other, geometry, 1.0, until=0.01, report=lines.append, checkpoint=checkpoint)
+    follow_from_rest(other, geometry, 1.0, until=0.01, report=lines.append, checkpoint=checkpoint)
     assert lines[0].startswith("t 0 ")
 
 
@@ -78,7 +80,7 @@ def test_steps_that_cannot_converge_end_with_a_reason():
     lines = []
     hopeless = changed(max_iterations=1)
     geometry = triplet(TINY, np.inf, 1.5)
-    result, _ = simulate(hopeless, geometry, 1.0, until=1.0, report=lines.append)
+    result, _ = follow_from_rest(hopeless, geometry, 1.0, until=1.0, report=lines.append)
     assert int(result["status"]) == NOT_CONVERGED
     assert "no convergence" in str(result["reason"].values)
     assert lines[-1].startswith("NOT SOLVED")

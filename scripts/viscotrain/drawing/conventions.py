@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from numpy.typing import ArrayLike, NDArray
 
 from viscotrain.drawing.style import GREY
-from viscotrain.table.assembly import ERRORS
+from viscotrain.table.attributes import ERRORS
 
 SIGNED = "RdBu_r"
 REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")

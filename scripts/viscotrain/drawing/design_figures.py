@@ -25,7 +25,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from viscotrain.drawing.movies import scale_bar, touching
+from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import (
     BLUE,
     GREY,
@@ -37,7 +37,7 @@ from viscotrain.drawing.style import (
     styled,
 )
 from viscotrain.trains import design_map
-from viscotrain.trains.recording import TOUCHING
+from viscotrain.trains.statistics import TOUCHING, touching
 
 TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
 DARK = 0.55  # share of the colour map below which words in a cell are white

@@ -19,8 +19,9 @@ from plotly.offline import get_plotlyjs
 
 from viscotrain.drawing.conventions import DISTANCE_TICKS, distance_coordinate
 from viscotrain.fluid.parameters import MILLIMETRES
-from viscotrain.table.assembly import holes, pair_velocity
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
+from viscotrain.table.pairs import pair_velocity
+from viscotrain.table.points import holes
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PARTICLES
 
 GRID = 81  # points of the interpolant per axis
@@ -39,7 +40,7 @@ def page(table: xr.Dataset, trains: Sequence[xr.Dataset], study: str, channel: f
 
     Args:
         table: The velocity table.
-        trains: As `recording.run` returns them.
+        trains: As `repeats.run_repeats` returns them.
         study: Its name.
         channel: Diameter in m.
     """

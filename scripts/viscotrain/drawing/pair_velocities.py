@@ -6,7 +6,6 @@ import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from viscotrain.drawing.conventions import (
     ATTRACTION,
@@ -22,9 +21,10 @@ from viscotrain.drawing.conventions import (
     velocity_unit,
 )
 from viscotrain.drawing.style import COLUMN, MARKERS, Drawing, styled
-from viscotrain.table.assembly import holes
-from viscotrain.table.interpolation import TripletVelocities, VelocityTable
-from viscotrain.words import INACCURATE, LEADING, MIDDLE, NEGLIGIBLE
+from viscotrain.table import pairs
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.points import holes
+from viscotrain.words import INACCURATE, NEGLIGIBLE
 
 NODE_KINDS = ("simulated", "inaccurate", "hole")  # of a pair
 
@@ -103,11 +103,10 @@ def _draw_pair_nodes(axes: Axes, own: pd.DataFrame, marker: dict):
 
 
 def _pair_data(velocities: VelocityTable, deborah: float) -> pd.DataFrame:
-    """U3 - U2 without a trailing sphere: nodes, holes, and the interpolant if there is one."""
+    """Of a pair alone: nodes, holes, and the interpolant if there is one."""
     table = velocities.dataset
     missing = [(sp, sf) for De, sp, sf in holes(table) if De == deborah]
-    U = table["velocity"].isel(deborah=velocities.index(deborah)).sel(sp=np.inf)
-    nodes = (U.sel(particle="leading") - U.sel(particle="middle")).values
+    nodes = pairs.tabulated_pair_velocity(table.isel(deborah=velocities.index(deborah)))
     lost = [(np.inf, sf) in missing for sf in table["sf"].values]
     sf, lost = table["sf"].values, np.array(lost)
     status = table["status"].isel(deborah=velocities.index(deborah)).sel(sp=np.inf).values
@@ -118,7 +117,7 @@ def _pair_data(velocities: VelocityTable, deborah: float) -> pd.DataFrame:
         parts.append(("hole", sf[lost], np.nan))
     if not missing:
         s = all_distances()
-        parts.append(("interpolated", s, _of_a_pair(velocities.at(deborah), s)))
+        parts.append(("interpolated", s, pairs.pair_velocity(velocities.at(deborah), s)))
     return pd.concat(
         [
             pd.DataFrame(
@@ -127,11 +126,6 @@ def _pair_data(velocities: VelocityTable, deborah: float) -> pd.DataFrame:
             for kind, s, value in parts
         ]
     )
-
-
-def _of_a_pair(velocities: TripletVelocities, distance: NDArray) -> NDArray:
-    U = velocities(np.inf, distance)
-    return U[..., LEADING] - U[..., MIDDLE]
 
 
 def _room_for_both_signs(low: float, high: float) -> tuple[float, float]:

@@ -30,8 +30,8 @@ from viscotrain.drawing.conventions import (
     velocity_unit,
 )
 from viscotrain.drawing.style import GREY, PAGE, PALE_GREY, VERMILLION, Drawing, styled
-from viscotrain.table.assembly import holes
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.points import holes
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PAIRS, PARTICLES
 
 LEVELS = 20  # of filled contours, about

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from viscotrain.drawing.conventions import conditions
 from viscotrain.drawing.style import BLUE, COLUMN, GREY, STYLE, VERMILLION, Drawing, styled
-from viscotrain.trains.recording import TOUCHING, moving_frame
+from viscotrain.trains.repeats import moving_frame
+from viscotrain.trains.statistics import TOUCHING
 
 DRAWN_LENGTH = 80.0  # of a train, in d
 

@@ -12,7 +12,7 @@ import yaml
 
 from viscotrain.config.models import Study, geometry_name, parse_study, point_name, simulated
 from viscotrain.jobs.provenance import PHYSICS, digest
-from viscotrain.table.assembly import point_error
+from viscotrain.table.points import point_error
 from viscotrain.table.triplets import simulated_as
 from viscotrain.words import INACCURATE, SOLVED, has_solution
 

@@ -46,20 +46,53 @@ FLUID_FIT = (  # ... the fitted fluid
 )
 TABLE = (  # ... the table, given those
     "words",
-    "table.interpolation",
     "table.assembly",
+    "table.attributes",
+    "table.check",
+    "table.description",
+    "table.interpolation",
+    "table.lubrication",
+    "table.pairs",
+    "table.points",
+    "table.present",
     "table.triplets",
 )
-TRAINS = ("words", "table.interpolation", "trains.recording")  # ... the trains, given the table
-MOVIES = ("drawing.movies",)  # ... movies, given trains
-INTERACTIVE = ("drawing.interactive", "table.interpolation")  # ... the page for the browser
+TRAINS = (  # ... the trains, given the table
+    "words",
+    "fluid.parameters",
+    "table.interpolation",
+    "table.lubrication",
+    "trains.injection",
+    "trains.motion",
+    "trains.repeats",
+    "trains.recording",
+    "trains.statistics",
+)
+MOVIES = (
+    "drawing.canvas",
+    "drawing.encoding",
+    "drawing.movies",
+    "trains.films",
+)  # ... movies, given trains
+INTERACTIVE = (  # ... the page for the browser
+    "drawing.interactive",
+    "table.interpolation",
+    "table.lubrication",
+    "table.pairs",
+)
 DESIGN_MAP = (
     "trains.design_map",
     "fluid.parameters",
     "fluid.pipe",
 )  # ... the map, given its trains
 START_UP = ("studies.start_up",)  # ... the comparison, given the transient
-CLOSURE_TRAIN = (*TRANSIENT, "words", "table.interpolation", "trains.recording", "studies.closure")
+CLOSURE_TRAIN = (
+    *TRANSIENT,
+    "table.interpolation",
+    "table.lubrication",
+    "trains.motion",
+    "studies.closure",
+)
 CLOSURE_GAP = (*PHYSICS, "studies.closure")
 CONVERGENCE = (*TRANSIENT, "studies.convergence")
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")

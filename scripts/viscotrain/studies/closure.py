@@ -21,7 +21,7 @@ from viscotrain.errors import SolutionError
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import Report, solutions, triplet
 from viscotrain.table.interpolation import TripletVelocities
-from viscotrain.trains.recording import chain_motion
+from viscotrain.trains.motion import chain_motion
 from viscotrain.words import CONTACT, LEADING, MIDDLE, TRAILING
 
 REFINEMENT = 0.7  # element sizes over the default ones
@@ -65,7 +65,7 @@ def with_model(trajectory: xr.Dataset, velocities: TripletVelocities, start: flo
     """A direct simulation with the distances of the model beside its own.
 
     Args:
-        trajectory: What `transient.simulate` returns.
+        trajectory: What `transient.follow_from_rest` returns.
         velocities: Of triplets, at the same De.
         start: When the model begins, in D/Ubar.
 

@@ -29,7 +29,7 @@ from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.geometry import Geometry
 from viscotrain.flow.meshes import MeshOptions, Sizes, make_mesh
 from viscotrain.fluid.pipe import PipeFlow, pipe_flow
-from viscotrain.table.assembly import ATTRIBUTES
+from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.words import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, PAIRS, PARTICLES, SOLVED
 
 Report = Callable[[str], None]
@@ -110,7 +110,7 @@ def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iter
     yield from zip(wanted, found, strict=False)
 
 
-def simulate(
+def solve_geometry(
     study: Study, sp: float, sf: float, report: Report, vtu_folder: Path | None = None
 ) -> tuple[xr.Dataset, pd.DataFrame]:
     """Solve one geometry at the Deborah numbers at which the study needs it.

@@ -81,7 +81,7 @@ def flow_maker(study: Study, deborah: float) -> Callable[[Geometry], Flow]:
     return make
 
 
-def simulate(
+def follow_from_rest(
     study: Study,
     geometry: Geometry,
     deborah: float,

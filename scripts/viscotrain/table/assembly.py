@@ -1,4 +1,4 @@
-"""The velocity table: results of all geometries on one grid, checked between its nodes.
+"""Assembly of the velocity table: results of all geometries on one grid.
 
 Dimensions are (deborah, sp, sf, particle): sp and sf are the distances of the middle sphere to the
 trailing and to the leading one, centre to centre in d; infinity means no such neighbour. A point
@@ -6,124 +6,41 @@ trailing and to the leading one, centre to centre in d; infinity means no such n
 
 Triplets that are the same flow (`triplets`) are simulated once; `spread` gives the result to both,
 and `origin` tells which points these are.
-
-Transient results hold at the distances that the spheres have when the start-up is over, not quite
-those of the nodes they started from. Cubic radial basis functions in 1/s through these points
-(scipy's RBFInterpolator) carry the velocities to the nodes. Where gaps have opened at the closest
-node, or closed at the farthest, this extrapolates by as much as they have moved.
 """
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import RBFInterpolator
 
 from viscotrain.errors import TableError
+from viscotrain.table.attributes import (
+    ATTRIBUTES,
+    DEBORAH_COORDINATES,
+    ERRORS,
+    ITSELF,
+    MIRROR,
+    PRESENT,
+    SAME_PAIR,
+    described,
+)
 from viscotrain.table.interpolation import (
     MOST_NAMED,
-    TripletVelocities,
-    VelocityTable,
-    coordinate,
     name_geometries,
 )
+from viscotrain.table.points import holes
+from viscotrain.table.present import to_nodes
 from viscotrain.table.triplets import Triplet, twin
 from viscotrain.words import (
-    INACCURATE,
     LEADING,
     MIDDLE,
-    NEGLIGIBLE,
     NOT_ATTEMPTED,
-    NOT_CONVERGED,
     PAIRS,
     PARTICLES,
-    SOLVED,
     TRAILING,
     has_solution,
 )
-
-FEWEST_POINTS = 3  # that determine a plane
-ITSELF, SAME_PAIR, MIRROR = np.int8([0, 1, 2])
-ERRORS = ("velocity_error", "relative_velocity_error")  # estimated by the simulation
-PRESENT = ("present_sp", "present_sf")  # of transient results: distances at that time
-DEBORAH_COORDINATES = ("deborah_longest_mode", "deborah_mean_relaxation_time")
-ATTRIBUTES = {
-    "deborah": {"long_name": "Deborah number, as the study defines it", "units": "1"},
-    "sp": {
-        "long_name": "distance of middle to trailing sphere, centre to centre over diameter",
-        "units": "1",
-        "comment": "inf: no trailing sphere",
-    },
-    "sf": {
-        "long_name": "distance of leading to middle sphere, centre to centre over diameter",
-        "units": "1",
-        "comment": "inf: no leading sphere",
-    },
-    "particle": {"long_name": "sphere of the triplet, named along the flow"},
-    "pair": {"long_name": "spheres whose relative velocity it is"},
-    "velocity": {
-        "long_name": "velocity of the sphere over mean velocity of the flow",
-        "units": "1",
-        "comment": "a sphere that is not there has the velocity of a single sphere",
-    },
-    "pressure_gradient": {
-        "long_name": "minus far pressure gradient, in zero-shear viscosity times mean velocity "
-        "over squared channel diameter",
-        "units": "1",
-    },
-    "centreline_velocity": {
-        "long_name": "centreline velocity of the undisturbed flow over its mean velocity",
-        "units": "1",
-    },
-    "status": {
-        "long_name": "outcome of the simulation",
-        "flag_values": np.int8([SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE]),
-        "flag_meanings": "solved not_converged not_attempted inaccurate",
-        "comment": "inaccurate: solved, with an estimated error above what is allowed, or none",
-    },
-    "velocity_error": {
-        "long_name": "estimated discretisation error of the velocity of the middle sphere of the "
-        "simulation, over mean velocity of the flow",
-        "units": "1",
-    },
-    "relative_velocity_error": {
-        "long_name": "estimated discretisation error of the relative velocity of two spheres, "
-        "over mean velocity of the flow",
-        "units": "1",
-        "comment": "NaN: no such pair, no solution or no estimate",
-    },
-    "origin": {
-        "long_name": "simulation that the velocities are from",
-        "flag_values": np.int8([ITSELF, SAME_PAIR, MIRROR]),
-        "flag_meanings": "itself same_pair_with_other_names mirror_image_at_deborah_0",
-    },
-    "present_sp": {
-        "long_name": "distance of middle to trailing sphere after the start-up, over diameter",
-        "units": "1",
-    },
-    "present_sf": {
-        "long_name": "distance of leading to middle sphere after the start-up, over diameter",
-        "units": "1",
-    },
-    "check_sp": {
-        "long_name": "distance of middle to trailing sphere of a geometry between the nodes",
-        "units": "1",
-    },
-    "check_sf": {
-        "long_name": "distance of leading to middle sphere of a geometry between the nodes",
-        "units": "1",
-    },
-    "check_velocity": {
-        "long_name": "simulated velocity of the sphere over mean velocity of the flow",
-        "units": "1",
-    },
-    "check_error": {
-        "long_name": "relative velocity of two spheres over mean velocity of the flow, "
-        "interpolated minus simulated",
-        "units": "1",
-    },
-}
 
 
 def combine(
@@ -156,7 +73,7 @@ def combine(
     reasons: dict[tuple[float, float, float], str] = {}
     seen = set()
     for result in spread(results, itertools.product(sp, sf)):
-        geometry = _triplet(result)
+        geometry = triplet_of(result)
         points = {(*geometry, De) for De in result["deborah"].values}
         if points & seen:
             raise TableError(f"{name_geometries([geometry])} comes twice; allowed: once")
@@ -164,7 +81,7 @@ def combine(
         _insert(table, result, reasons)
     _complete(table)
     if PRESENT[0] in table:
-        table = _to_nodes(table)
+        table = to_nodes(table)
     _refuse_holes(table, max_holes, reasons)
     return table
 
@@ -181,7 +98,7 @@ def spread(results: Iterable[xr.Dataset], grid: Iterable[Triplet]) -> list[xr.Da
         but a twin that has: the twin's result under other names, with an `origin`.
     """
     results = list(results)
-    known = {(*_triplet(part), De): part for part in results for De in part["deborah"].values}
+    known = {(*triplet_of(part), De): part for part in results for De in part["deborah"].values}
     deborahs = sorted({De for *_, De in known})
     turned = []
     for (sp, sf), De in itertools.product(grid, deborahs):
@@ -214,49 +131,9 @@ def _turned(result: xr.Dataset, sp: float, sf: float) -> xr.Dataset:
     return turned
 
 
-def _triplet(result: xr.Dataset) -> Triplet:
+def triplet_of(result: xr.Dataset) -> Triplet:
+    """Distances (sp, sf) of a result, in d."""
     return float(result["sp"]), float(result["sf"])
-
-
-def after_start_up(trajectory: xr.Dataset) -> xr.Dataset:
-    """The end of a transient simulation of a triplet, as a result for `combine`.
-
-    Args:
-        trajectory: What the transient stage writes: velocity (time, sphere), distance (time, gap),
-            pressure_gradient (time), status and the initial sp and sf.
-    """
-    end = trajectory.isel(time=-1)
-    solved = bool(has_solution(end["status"]))
-    U = end["velocity"].rename(sphere="particle").reindex(particle=list(PARTICLES))
-    distances = iter(end["distance"].values)
-    present = [next(distances) if np.isfinite(end[name]) else np.inf for name in ("sp", "sf")]
-    result = xr.Dataset(
-        {"velocity": U, "pressure_gradient": end["pressure_gradient"]}
-        | dict(zip(PRESENT, present, strict=True))
-    )
-    result = result.where(solved).assign(
-        {name: end[name] for name in ("status", "reason", "centreline_velocity")}
-    )
-    result = result.drop_vars("time").expand_dims(deborah=[float(end["deborah"])])
-    return result.assign(
-        {name: end[name].drop_vars("time") for name in ("sp", "sf")}
-    ).assign_coords({name: ("deborah", [float(end[name])]) for name in DEBORAH_COORDINATES})
-
-
-def _to_nodes(table: xr.Dataset) -> xr.Dataset:
-    """Velocities at the nodes, from those at the present distances."""
-    table = table.copy(deep=True)
-    nodes = np.stack(np.meshgrid(coordinate(table["sp"]), coordinate(table["sf"]), indexing="ij"))
-    for k in range(table.sizes["deborah"]):
-        U = table["velocity"][k].transpose("sp", "sf", "particle").values
-        now = coordinate(np.stack([table[name][k].transpose("sp", "sf") for name in PRESENT]))
-        known = np.isfinite(U).all(axis=-1) & np.isfinite(now).all(axis=0)
-        if known.sum() < FEWEST_POINTS or (now == nodes)[:, known].all():
-            continue
-        carry = RBFInterpolator(now[:, known].T, U[known], kernel="cubic", degree=1)
-        U[known] = carry(nodes[:, known].T)
-        table["velocity"][k] = U
-    return table
 
 
 def _complete(table: xr.Dataset):
@@ -295,15 +172,7 @@ def _empty(sp, sf, deborah, attributes) -> xr.Dataset:
         | {name: ("deborah", np.full(len(deborah), np.nan)) for name in DEBORAH_COORDINATES},
         attrs=attributes,
     )
-    return _described(table)
-
-
-def _described(table: xr.Dataset) -> xr.Dataset:
-    """Add attributes to the variables that have none."""
-    for name, variable in table.variables.items():
-        if not variable.attrs:
-            variable.attrs.update(ATTRIBUTES.get(name, {}))
-    return table
+    return described(table)
 
 
 def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
@@ -351,13 +220,6 @@ def _present(table: xr.Dataset, name: str) -> xr.DataArray:
     return table[name]
 
 
-def holes(table: xr.Dataset) -> Iterator[tuple[float, float, float]]:
-    """Every (De, sp, sf) that has no solution: a status says so, or a velocity is not finite."""
-    good = np.isfinite(table["velocity"]).all("particle") & has_solution(table["status"])
-    for k, i, j in np.argwhere(~good.transpose("deborah", "sp", "sf").values):
-        yield float(table["deborah"][k]), float(table["sp"][i]), float(table["sf"][j])
-
-
 def _refuse_holes(table: xr.Dataset, allowed: int, reasons: Mapping[tuple, str]):
     found = list(holes(table))
     if len(found) <= allowed:
@@ -377,209 +239,3 @@ def _refuse_holes(table: xr.Dataset, allowed: int, reasons: Mapping[tuple, str])
         + "\nSolve them with other settings in `dns`, take their distances or De out of the "
         "study, or raise table.max_holes: holes stay empty, and trains at their De will not run."
     )
-
-
-def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset:
-    """The table with its interpolation error at geometries between the nodes.
-
-    Args:
-        table: What `combine` made.
-        results: One dataset per geometry, as for `combine`.
-
-    Returns:
-        The table with check_sp, check_sf (check), check_velocity (deborah, check, particle) and
-        check_error (deborah, check, pair), the relative velocity interpolated minus simulated.
-        Errors are NaN where the table has holes or the geometry was not solved.
-    """
-    geometries = sorted({_triplet(result) for result in results})
-    sp, sf = np.array(geometries).T
-    De = table["deborah"].values
-    shape = De.size, len(geometries), len(PARTICLES)
-    simulated, interpolated = np.full(shape, np.nan), np.full(shape, np.nan)
-    layers = list(_layers(table))
-    for result in spread(results, geometries):
-        n = geometries.index(_triplet(result))
-        for k in np.flatnonzero(np.isin(De, result["deborah"])):
-            point = result.sel(deborah=De[k], particle=list(PARTICLES))
-            simulated[k, n] = point["velocity"].values
-            if layers[k] is not None and has_solution(point["status"]):
-                interpolated[k, n] = layers[k](*_distances(point))
-    errors = np.diff(interpolated, axis=-1) - np.diff(simulated, axis=-1)
-    return _described(
-        table.assign(
-            check_velocity=(("deborah", "check", "particle"), simulated),
-            check_error=(("deborah", "check", "pair"), errors),
-        ).assign_coords(check_sp=("check", sp), check_sf=("check", sf))
-    )
-
-
-def _distances(point: xr.Dataset) -> tuple[float, float]:
-    """Those at which the velocities of a result hold."""
-    names = PRESENT if PRESENT[0] in point else ("sp", "sf")
-    return tuple(float(point[name]) for name in names)
-
-
-def _layers(table: xr.Dataset) -> Iterator[TripletVelocities | None]:
-    """The interpolant at every Deborah number, None where the table has holes."""
-    velocities = VelocityTable(table)
-    broken = {De for De, _, _ in holes(table)}
-    for De in velocities.deborah:
-        yield None if De in broken else velocities.at(De)
-
-
-# -------------------------------------------------------------------------------------- summary
-
-
-def summary(table: xr.Dataset) -> str:
-    """What a person wants to know about a table, as text."""
-    sections = [_grid_lines(table), _velocity_lines(table), _pair_lines(table)]
-    sections += [_hole_lines(table), _error_lines(table), _check_lines(table)]
-    sections.append(_source_lines(table))
-    return "\n\n".join("\n".join(lines) for lines in sections)
-
-
-def _grid_lines(table) -> Iterator[str]:
-    yield str(table.attrs.get("title", "velocity table"))
-    for name, text in (("deborah", "De"), ("sp", "sp"), ("sf", "sf")):
-        values = table[name].values
-        yield f"  {text:<3} {values.size:>3} values: " + " ".join(f"{value:g}" for value in values)
-
-
-def _velocity_lines(table) -> Iterator[str]:
-    yield "Velocities in units of the mean velocity (smallest ... largest)"
-    yield "      De   centreline    single sphere   middle - trailing          leading - middle"
-    for k, De in enumerate(table["deborah"].values):
-        U = table["velocity"][k].transpose("sp", "sf", "particle").values
-        ranges = []
-        for relative in np.moveaxis(np.diff(U, axis=-1), -1, 0):
-            known = relative[np.isfinite(relative)]
-            text = f"{known.min():+.3e} ... {known.max():+.3e}" if known.size else "no solution"
-            ranges.append(f"{text:<25}")
-        centreline = float(table["centreline_velocity"][k])
-        single = U[-1, -1, MIDDLE]
-        yield f"  {De:>6g}   {centreline:<10.6f}    {single:<13.6f}   {'  '.join(ranges)}".rstrip()
-
-
-def _pair_lines(table) -> Iterator[str]:
-    yield "A pair alone: where attraction (distance shrinks) and repulsion (it grows) meet"
-    for De, velocities in zip(table["deborah"].values, _layers(table), strict=True):
-        text = "the table has holes" if velocities is None else _pair_behaviour(velocities)
-        yield f"  De {De:g}: {text}"
-
-
-def pair_velocity(velocities: TripletVelocities, distance: np.ndarray) -> np.ndarray:
-    """Velocity of the leading minus the trailing sphere of a pair alone, in Ubar.
-
-    Positive: they repel each other. Both spheres in turn are the triplet's middle one.
-    """
-    infinity = np.full_like(distance, np.inf)
-    leading, trailing = velocities(distance, infinity), velocities(infinity, distance)
-    return leading[..., MIDDLE] - trailing[..., MIDDLE]
-
-
-def _pair_behaviour(velocities: TripletVelocities) -> str:
-    """Attraction, repulsion and their crossings over the distance, in words."""
-    s = np.geomspace(velocities.smallest_distance, 50.0, 2000)
-    relative = pair_velocity(velocities, s)
-    weak = np.abs(relative) < NEGLIGIBLE
-    if weak.all():
-        return f"no relative motion above {NEGLIGIBLE:g} Ubar"
-    s, relative = s[~weak], relative[~weak]
-    flips = np.flatnonzero(np.sign(relative[1:]) != np.sign(relative[:-1]))
-    slopes = (s[flips + 1] - s[flips]) / (relative[flips + 1] - relative[flips])
-    crossings = s[flips] - relative[flips] * slopes
-    kinds = ["repulsion" if value > 0 else "attraction" for value in relative[[*flips, -1]]]
-    words = kinds[:1]
-    for crossing, kind in zip(crossings, kinds[1:], strict=True):
-        words.append(f"until s = {crossing:.2f}, then {kind}")
-    strongest = int(np.argmax(np.abs(relative)))
-    return f"{' '.join(words)}; strongest {relative[strongest]:+.2e} Ubar at s = {s[strongest]:.2f}"
-
-
-def _hole_lines(table) -> Iterator[str]:
-    found = list(holes(table))
-    yield f"Holes: {len(found)} of {table['status'].size} points"
-    for De in dict.fromkeys(De for De, _, _ in found):
-        yield f"  De {De:g}: " + name_geometries((sp, sf) for d, sp, sf in found if d == De)
-
-
-def point_error(table: xr.Dataset) -> xr.DataArray:
-    """Estimated error that counts, in Ubar: of relative velocities, of U without a neighbour.
-
-    Args:
-        table: The table, or a part of it.
-
-    Returns:
-        Of the shape of its status; NaN without an estimate.
-    """
-    relative = table["relative_velocity_error"].max("pair")
-    return relative.where(np.isfinite(relative), table["velocity_error"])
-
-
-def inaccurate_points(table: xr.Dataset) -> int:
-    """Points whose estimated error is above what the study allows, or that have no estimate."""
-    return int((table["status"] == INACCURATE).sum())
-
-
-def largest_error(table: xr.Dataset) -> str:
-    """The largest estimated error of the simulations and its place, in words."""
-    if ERRORS[1] not in table or not np.isfinite(error := point_error(table)).any():
-        return "not estimated"
-    error = error.transpose("deborah", "sp", "sf")
-    k, i, j = np.unravel_index(int(np.nanargmax(error)), error.shape)
-    where = name_geometries([(float(table["sp"][i]), float(table["sf"][j]))])
-    return (
-        f"{float(error[k, i, j]):.1e} mean velocities at De {table['deborah'].values[k]:g}, {where}"
-    )
-
-
-def _error_lines(table) -> Iterator[str]:
-    count = inaccurate_points(table)
-    yield (
-        f"Estimated error of the simulations, in relative velocities, in mean velocities; "
-        f"points not accurate: {count}"
-    )
-    for k, De in enumerate(table["deborah"].values):
-        layer = table.isel(deborah=[k])
-        text = f"  De {De:g}: {largest_error(layer).replace(f' at De {De:g},', ', at')}"
-        own = inaccurate_points(layer)
-        yield text + (f"; {own} not accurate" if own else "")
-
-
-def _check_lines(table) -> Iterator[str]:
-    if "check_error" not in table:
-        yield "Interpolation error: not measured (table.check is 0)"
-        return
-    error = np.abs(table["check_error"])
-    yield (
-        f"Interpolation error of relative velocities, in mean velocities, "
-        f"at {table.sizes['check']} geometries between the nodes"
-    )
-    for k, De in enumerate(table["deborah"].values):
-        values = error[k].transpose("check", "pair").values
-        if np.isnan(values).all():
-            yield f"  De {De:g}: not known"
-            continue
-        worst = int(np.nanargmax(values.max(axis=-1)))
-        where = float(table["check_sp"][worst]), float(table["check_sf"][worst])
-        yield f"  De {De:g}: at most {np.nanmax(values):.1e}, at {name_geometries([where])}"
-
-
-def largest_check_error(table: xr.Dataset) -> str:
-    """The interpolation error in one line of text."""
-    if "check_error" not in table:
-        return "error not measured (table.check is 0)"
-    error = np.abs(table["check_error"].values)
-    return (
-        f"error up to {np.nanmax(error):.1e} mean velocities in relative velocities, "
-        f"at {table.sizes['check']} geometries between the nodes"
-        if np.isfinite(error).any()
-        else "error not known: no check geometry was solved"
-    )
-
-
-def _source_lines(table) -> Iterator[str]:
-    yield "Provenance"
-    for name in ("source", "software_versions", "git_commit", "physics_digest"):
-        if name in table.attrs:
-            yield f"  {name}: {table.attrs[name]}"

@@ -26,6 +26,7 @@ from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.fluid.pipe import pipe_flow
 
 MEASURES = ("mean_spacing", "spacing_variation", "touching_share")
+NAMES = tuple(name + end for name in MEASURES for end in ("", "_halfwidth"))
 BAR = 1e-5  # of one Pa
 CENTIMETRES = 0.1  # of one mm
 
@@ -64,7 +65,7 @@ def combine(
     """Trains of all conditions as one dataset over (deborah, volume_fraction, station).
 
     Args:
-        points: Results of `recording.run` with the same stations, one per condition.
+        points: Results of `repeats.run_repeats` with the same stations, one per condition.
         fluid: For the pressure gradient.
         ordered_variation: Threshold of `ordering_length`.
         attributes: Global attributes.
@@ -77,18 +78,7 @@ def combine(
     z = points[0]["station"].values
     deborah = sorted({float(point["deborah"]) for point in points})
     phi = sorted({float(point["volume_fraction"]) for point in points})
-    names = [*(name + end for name in MEASURES for end in ("", "_halfwidth")), "spacing_mode"]
-    values = {name: np.full((len(deborah), len(phi), z.size), np.nan) for name in names}
-    flow_rate, drop = np.full(len(deborah), np.nan), np.full((len(deborah), z.size), np.nan)
-    for point in points:
-        n = deborah.index(float(point["deborah"]))
-        at = n, phi.index(float(point["volume_fraction"]))
-        for name in names[:-1]:
-            values[name][at] = point[name].values
-        values["spacing_mode"][at] = pooled_mode(point)
-        flow_rate[n] = float(point["flow_rate"])
-        gradient = pipe_flow(fluid, float(point["deborah_longest_mode"])).pressure_gradient
-        drop[n] = BAR * gradient * float(point["stress"]) * z
+    values, flow_rate, drop = _filled(points, fluid, deborah, phi)
     order = np.apply_along_axis(
         lambda variation: ordering_length(z, variation, ordered_variation),
         -1,
@@ -98,7 +88,7 @@ def combine(
     grid = ["deborah", "volume_fraction", "station"]
     text = points[0]
     dataset = xr.Dataset(
-        {name: (grid, values[name], dict(text[name].attrs)) for name in names[:-1]}
+        {name: (grid, values[name], dict(text[name].attrs)) for name in NAMES}
         | {
             "spacing_mode": (grid, values["spacing_mode"], _words("1", MODE)),
             "ordering_length": (grid[:2], order, _words("1", ORDERING_LENGTH)),
@@ -121,6 +111,24 @@ def combine(
     for name in ("confinement", "channel_diameter", "particle_diameter"):
         dataset[name] = text[name]
     return dataset
+
+
+def _filled(points: Sequence[xr.Dataset], fluid: DimensionlessFluid, deborah: list, phi: list):
+    """Measures, flow rates and pressure drops on the grid of conditions; NaN where none is."""
+    z = points[0]["station"].values
+    names = [*NAMES, "spacing_mode"]
+    values = {name: np.full((len(deborah), len(phi), z.size), np.nan) for name in names}
+    flow_rate, drop = np.full(len(deborah), np.nan), np.full((len(deborah), z.size), np.nan)
+    for point in points:
+        n = deborah.index(float(point["deborah"]))
+        at = n, phi.index(float(point["volume_fraction"]))
+        for name in NAMES:
+            values[name][at] = point[name].values
+        values["spacing_mode"][at] = pooled_mode(point)
+        flow_rate[n] = float(point["flow_rate"])
+        gradient = pipe_flow(fluid, float(point["deborah_longest_mode"])).pressure_gradient
+        drop[n] = BAR * gradient * float(point["stress"]) * z
+    return values, flow_rate, drop
 
 
 ORDERING_LENGTH = (

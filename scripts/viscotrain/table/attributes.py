@@ -1,0 +1,100 @@
+"""Variables of the table: names, codes, and what they mean."""
+
+import numpy as np
+import xarray as xr
+
+from viscotrain.words import (
+    INACCURATE,
+    NOT_ATTEMPTED,
+    NOT_CONVERGED,
+    SOLVED,
+)
+
+ITSELF, SAME_PAIR, MIRROR = np.int8([0, 1, 2])
+ERRORS = ("velocity_error", "relative_velocity_error")  # estimated by the simulation
+PRESENT = ("present_sp", "present_sf")  # of transient results: distances at that time
+DEBORAH_COORDINATES = ("deborah_longest_mode", "deborah_mean_relaxation_time")
+ATTRIBUTES = {
+    "deborah": {"long_name": "Deborah number, as the study defines it", "units": "1"},
+    "sp": {
+        "long_name": "distance of middle to trailing sphere, centre to centre over diameter",
+        "units": "1",
+        "comment": "inf: no trailing sphere",
+    },
+    "sf": {
+        "long_name": "distance of leading to middle sphere, centre to centre over diameter",
+        "units": "1",
+        "comment": "inf: no leading sphere",
+    },
+    "particle": {"long_name": "sphere of the triplet, named along the flow"},
+    "pair": {"long_name": "spheres whose relative velocity it is"},
+    "velocity": {
+        "long_name": "velocity of the sphere over mean velocity of the flow",
+        "units": "1",
+        "comment": "a sphere that is not there has the velocity of a single sphere",
+    },
+    "pressure_gradient": {
+        "long_name": "minus far pressure gradient, in zero-shear viscosity times mean velocity "
+        "over squared channel diameter",
+        "units": "1",
+    },
+    "centreline_velocity": {
+        "long_name": "centreline velocity of the undisturbed flow over its mean velocity",
+        "units": "1",
+    },
+    "status": {
+        "long_name": "outcome of the simulation",
+        "flag_values": np.int8([SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE]),
+        "flag_meanings": "solved not_converged not_attempted inaccurate",
+        "comment": "inaccurate: solved, with an estimated error above what is allowed, or none",
+    },
+    "velocity_error": {
+        "long_name": "estimated discretisation error of the velocity of the middle sphere of the "
+        "simulation, over mean velocity of the flow",
+        "units": "1",
+    },
+    "relative_velocity_error": {
+        "long_name": "estimated discretisation error of the relative velocity of two spheres, "
+        "over mean velocity of the flow",
+        "units": "1",
+        "comment": "NaN: no such pair, no solution or no estimate",
+    },
+    "origin": {
+        "long_name": "simulation that the velocities are from",
+        "flag_values": np.int8([ITSELF, SAME_PAIR, MIRROR]),
+        "flag_meanings": "itself same_pair_with_other_names mirror_image_at_deborah_0",
+    },
+    "present_sp": {
+        "long_name": "distance of middle to trailing sphere after the start-up, over diameter",
+        "units": "1",
+    },
+    "present_sf": {
+        "long_name": "distance of leading to middle sphere after the start-up, over diameter",
+        "units": "1",
+    },
+    "check_sp": {
+        "long_name": "distance of middle to trailing sphere of a geometry between the nodes",
+        "units": "1",
+    },
+    "check_sf": {
+        "long_name": "distance of leading to middle sphere of a geometry between the nodes",
+        "units": "1",
+    },
+    "check_velocity": {
+        "long_name": "simulated velocity of the sphere over mean velocity of the flow",
+        "units": "1",
+    },
+    "check_error": {
+        "long_name": "relative velocity of two spheres over mean velocity of the flow, "
+        "interpolated minus simulated",
+        "units": "1",
+    },
+}
+
+
+def described(table: xr.Dataset) -> xr.Dataset:
+    """Add attributes to the variables that have none."""
+    for name, variable in table.variables.items():
+        if not variable.attrs:
+            variable.attrs.update(ATTRIBUTES.get(name, {}))
+    return table

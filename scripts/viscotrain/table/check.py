@@ -1,0 +1,63 @@
+"""Check of the table: its interpolation error, at geometries between the nodes."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import xarray as xr
+
+from viscotrain.table.assembly import spread, triplet_of
+from viscotrain.table.attributes import PRESENT, described
+from viscotrain.table.interpolation import TripletVelocities, VelocityTable
+from viscotrain.table.points import holes
+from viscotrain.words import (
+    PARTICLES,
+    has_solution,
+)
+
+
+def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset:
+    """The table with its interpolation error at geometries between the nodes.
+
+    Args:
+        table: What `combine` made.
+        results: One dataset per geometry, as for `combine`.
+
+    Returns:
+        The table with check_sp, check_sf (check), check_velocity (deborah, check, particle) and
+        check_error (deborah, check, pair), the relative velocity interpolated minus simulated.
+        Errors are NaN where the table has holes or the geometry was not solved.
+    """
+    geometries = sorted({triplet_of(result) for result in results})
+    sp, sf = np.array(geometries).T
+    De = table["deborah"].values
+    shape = De.size, len(geometries), len(PARTICLES)
+    simulated, interpolated = np.full(shape, np.nan), np.full(shape, np.nan)
+    interpolants = list(layers(table))
+    for result in spread(results, geometries):
+        n = geometries.index(triplet_of(result))
+        for k in np.flatnonzero(np.isin(De, result["deborah"])):
+            point = result.sel(deborah=De[k], particle=list(PARTICLES))
+            simulated[k, n] = point["velocity"].values
+            if interpolants[k] is not None and has_solution(point["status"]):
+                interpolated[k, n] = interpolants[k](*_distances(point))
+    errors = np.diff(interpolated, axis=-1) - np.diff(simulated, axis=-1)
+    return described(
+        table.assign(
+            check_velocity=(("deborah", "check", "particle"), simulated),
+            check_error=(("deborah", "check", "pair"), errors),
+        ).assign_coords(check_sp=("check", sp), check_sf=("check", sf))
+    )
+
+
+def _distances(point: xr.Dataset) -> tuple[float, float]:
+    """Those at which the velocities of a result hold."""
+    names = PRESENT if PRESENT[0] in point else ("sp", "sf")
+    return tuple(float(point[name]) for name in names)
+
+
+def layers(table: xr.Dataset) -> Iterator[TripletVelocities | None]:
+    """The interpolant at every Deborah number, None where the table has holes."""
+    velocities = VelocityTable(table)
+    broken = {De for De, _, _ in holes(table)}
+    for De in velocities.deborah:
+        yield None if De in broken else velocities.at(De)

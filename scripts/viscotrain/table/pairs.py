@@ -1,0 +1,50 @@
+"""Pairs: how fast two spheres without other neighbours approach or leave each other.
+
+Both spheres in turn are the middle one of a triplet whose third sphere is not there, as in a train
+of two, and closer than the table they are lubricated together:
+
+    U(s) = U_2(s, inf) - U_2(inf, s),    leading minus trailing: positive is repulsion.
+"""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from viscotrain.table.interpolation import TripletVelocities
+from viscotrain.table.lubrication import lubricate
+from viscotrain.words import CONTACT, LEADING, MIDDLE, PARTICLES
+
+
+def pair_velocity(velocities: TripletVelocities, distance: ArrayLike) -> NDArray:
+    """Velocity of the leading minus the trailing sphere of a pair alone, in Ubar.
+
+    Args:
+        velocities: Of triplets.
+        distance: Centre to centre in d, from contact to infinity, shape (n,).
+    """
+    s = np.asarray(distance, dtype=float)
+    none = np.full_like(s, np.inf)
+    trailing = velocities.closure(none, s, MIDDLE)
+    leading = velocities.closure(s, none, MIDDLE)
+    free = np.stack([trailing, leading], axis=-1)
+    smallest_gap = velocities.smallest_distance - CONTACT
+    return lubricate(free, (s - CONTACT)[..., None], smallest_gap).relative[..., 0]
+
+
+def tabulated_pair_velocity(layer: xr.Dataset) -> NDArray:
+    """The same at the nodes of sf, as it was simulated; NaN at holes.
+
+    Args:
+        layer: The table at one Deborah number.
+
+    Returns:
+        Shape (sf,). The leading sphere is the middle one of (s, inf), or, where s is no node of
+        sp, the leading one of (inf, s), which is the same flow.
+    """
+    U = layer["velocity"].sel(particle=list(PARTICLES))
+    alone = U.sel(sp=np.inf).transpose("sf", "particle").values
+    leading = alone[:, LEADING].copy()
+    for n, s in enumerate(layer["sf"].values):
+        if s in layer["sp"].values:
+            leading[n] = U.sel(sp=s, sf=np.inf)[MIDDLE]
+    return leading - alone[:, MIDDLE]

@@ -1,0 +1,36 @@
+"""Points of the table: which are holes, which are not accurate, and their errors."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from viscotrain.words import (
+    INACCURATE,
+    has_solution,
+)
+
+
+def holes(table: xr.Dataset) -> Iterator[tuple[float, float, float]]:
+    """Every (De, sp, sf) that has no solution: a status says so, or a velocity is not finite."""
+    good = np.isfinite(table["velocity"]).all("particle") & has_solution(table["status"])
+    for k, i, j in np.argwhere(~good.transpose("deborah", "sp", "sf").values):
+        yield float(table["deborah"][k]), float(table["sp"][i]), float(table["sf"][j])
+
+
+def point_error(table: xr.Dataset) -> xr.DataArray:
+    """Estimated error that counts, in Ubar: of relative velocities, of U without a neighbour.
+
+    Args:
+        table: The table, or a part of it.
+
+    Returns:
+        Of the shape of its status; NaN without an estimate.
+    """
+    relative = table["relative_velocity_error"].max("pair")
+    return relative.where(np.isfinite(relative), table["velocity_error"])
+
+
+def inaccurate_points(table: xr.Dataset) -> int:
+    """Points whose estimated error is above what the study allows, or that have no estimate."""
+    return int((table["status"] == INACCURATE).sum())

@@ -1,0 +1,168 @@
+r"""Films: where the spheres of a train are, in the windows of cameras, at the times of frames.
+
+**Film.** The train is repeat 0 of the trains stage, computed once more with the same random
+numbers, and all its positions are taken at the times of the frames (`film`). So the spheres of the
+movies are those of the train's file, not a picture of their statistics.
+
+**Cameras at stations** look at a window of the channel that is centred at the station, or, next to
+inlet and outlet, at the nearest window inside the channel. All run at the same times.
+
+**The camera that moves along** has the mean velocity V of the tracked spheres of the train's file
+(`repeats.moving_frame`), so a perfectly ordered train stands still. Its window is cut into rows, as
+lines of a text: the leading piece of the train is the top row.
+
+Units: positions in D, times in D/Ubar.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from viscotrain.trains.motion import Velocities
+from viscotrain.trains.recording import record_train
+from viscotrain.trains.repeats import tracked_velocity
+from viscotrain.trains.variables import described
+
+LARGEST_ROWS = 4  # of the window that moves along
+MARGIN = 2.0  # beyond a window, in d: enough to see whether a sphere at its edge touches another
+POSITIONS = "position over channel diameter, the trailing sphere first; NaN: none"
+SCALARS = ("confinement", "volume_fraction", "channel_length", "deborah", "channel_diameter")
+
+
+def film(
+    velocities: Velocities,
+    train: xr.Dataset,
+    *,
+    field_of_view: float,
+    interval: float,
+    frames: int,
+) -> xr.Dataset:
+    """Positions of the spheres in the windows of all cameras, at the times of their frames.
+
+    Args:
+        velocities: Those of triplets with which the train was simulated.
+        train: Result of `repeats.run_repeats`.
+        field_of_view: Length of a window, in D.
+        interval: Time between frames of the cameras at the stations, in D/Ubar.
+        frames: Number of frames of a movie.
+
+    Returns:
+        Dataset with `position` (station, frame, sphere) and `time` (frame) of the cameras at the
+        stations, `moving_position` (frame, moving_sphere) and `moving_time` (frame) of the one
+        that moves along; positions in D, NaN after the leading sphere in the window.
+    """
+    length = float(train["channel_length"])
+    span, rows = moving_window(length, field_of_view)
+    velocity = tracked_velocity(train)
+    entered = float(train["track_time"][0, 0] - train["snapshot_time"][0, 0])
+    times = interval * np.arange(frames)
+    moving_times = np.linspace(span, length, frames) / velocity
+    every_time, at = np.unique(np.concatenate([times, entered + moving_times]), return_inverse=True)
+    snapshots = _positions(velocities, train, every_time)
+    fixed = _fixed_cameras(train, [snapshots[n] for n in at[:frames]], field_of_view)
+    ends = velocity * moving_times
+    moving = _moving_camera(train, [snapshots[n] for n in at[frames:]], ends, span)
+    since = "time since the first frame times mean velocity of the flow over channel diameter"
+    dataset = xr.Dataset(
+        fixed
+        | {"time": described(times, ["frame"], since)}
+        | moving
+        | {
+            "moving_time": described(moving_times - moving_times[0], ["frame"], since),
+            "moving_velocity": described(
+                np.array(velocity), [], "velocity of the moving window over that of the flow"
+            ),
+            "field_of_view": described(
+                np.array(field_of_view), [], "length of a window over channel diameter"
+            ),
+            "moving_rows": described(np.array(rows), [], "pieces of the moving window, all equal"),
+        },
+        coords={"station": train["station"]},
+    )
+    for name in SCALARS:
+        dataset[name] = train[name]
+    dataset["time_scale"] = ((), float(train["time"]), dict(train["time"].attrs))
+    return dataset
+
+
+def _fixed_cameras(
+    train: xr.Dataset, snapshots: Sequence[NDArray], field_of_view: float
+) -> dict[str, xr.Variable]:
+    """What the cameras at the stations see, and where their windows begin."""
+    length, margin = float(train["channel_length"]), MARGIN * float(train["confinement"])
+    starts = [window(station, length, field_of_view) for station in train["station"].values]
+    seen = [
+        [_inside(z, start - margin, start + field_of_view + margin) for z in snapshots]
+        for start in starts
+    ]
+    return {
+        "position": described(_padded(seen), ["station", "frame", "sphere"], POSITIONS),
+        "window_start": described(
+            np.array(starts), ["station"], "upstream end of the window over channel diameter"
+        ),
+    }
+
+
+def _moving_camera(
+    train: xr.Dataset, snapshots: Sequence[NDArray], ends: NDArray, span: float
+) -> dict[str, xr.Variable]:
+    """What the camera that moves along sees, and where its window ends."""
+    margin = MARGIN * float(train["confinement"])
+    along = [
+        _inside(z, end - span - margin, end + margin)
+        for z, end in zip(snapshots, ends, strict=True)
+    ]
+    return {
+        "moving_position": described(_padded([along])[0], ["frame", "moving_sphere"], POSITIONS),
+        "moving_window_end": described(
+            ends, ["frame"], "downstream end of the moving window over channel diameter"
+        ),
+        "moving_length": described(
+            np.array(span), [], "length of the moving window over channel diameter"
+        ),
+    }
+
+
+def window(station: float, length: float, field_of_view: float) -> float:
+    """Where the window of a camera begins, in D: centred at the station but inside the channel."""
+    return float(np.clip(station - field_of_view / 2, 0.0, length - field_of_view))
+
+
+def moving_window(length: float, field_of_view: float) -> tuple[float, int]:
+    """Length of the window that moves along, in D, and its rows: up to half the channel."""
+    rows = int(np.clip(length / 2 // field_of_view, 1, LARGEST_ROWS))
+    return min(rows * field_of_view, length / 2), rows
+
+
+def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> list[NDArray]:
+    """Positions in D of all spheres of repeat 0 at some times after recording began."""
+    beta, length = float(train["confinement"]), float(train["channel_length"])
+    seed = np.random.SeedSequence(int(train.attrs["seed"]), spawn_key=(0,))
+    record = record_train(
+        velocities,
+        confinement=beta,
+        volume_fraction=float(train["volume_fraction"]),
+        centreline_velocity=float(train["centreline_velocity"]),
+        length=length,
+        stations=[length],
+        passages=1,
+        rng=np.random.default_rng(seed),
+        snapshot_times=times,
+    )
+    return [beta * z for z in record.snapshots]
+
+
+def _inside(z: NDArray, low: float, high: float) -> NDArray:
+    return z[(z >= low) & (z <= high)]
+
+
+def _padded(pieces: Sequence[Sequence[NDArray]]) -> NDArray:
+    """Arrays of different lengths as one, filled up with NaN."""
+    most = max((z.size for row in pieces for z in row), default=0)
+    filled = np.full((len(pieces), len(pieces[0]), most), np.nan)
+    for r, row in enumerate(pieces):
+        for n, z in enumerate(row):
+            filled[r, n, : z.size] = z
+    return filled

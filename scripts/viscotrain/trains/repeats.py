@@ -1,0 +1,275 @@
+"""What the trains stage stores: all repeats of one condition as a dataset, and it in words."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.trains.motion import Velocities
+from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
+from viscotrain.trains.statistics import statistics
+from viscotrain.trains.variables import described
+
+TRACKED_SPHERES = 40
+TRACK_STATIONS = 81  # evenly from inlet to outlet
+COUNT_TIMES = 401  # of the number of spheres, evenly over a repeat
+BALANCE = {
+    "initial": "spheres in the channel at the start",
+    "injected": "spheres that entered the channel",
+    "removed": "spheres that left the channel",
+    "remaining": "spheres in the channel at the end",
+    "delayed": "injections that waited for room",
+}
+
+
+def run_repeats(
+    velocities: Velocities,
+    *,
+    confinement: float,
+    volume_fraction: float,
+    centreline_velocity: float,
+    length: float,
+    stations: Sequence[float],
+    passages: int,
+    repeats: int,
+    seed: int,
+    factors: Iterable[tuple[str, float, str, str]] = (),
+    attributes: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Simulate all repeats at one Deborah number and volume fraction, with their statistics.
+
+    Repeat n draws from a generator of its own, which depends on (seed, n) only: more repeats leave
+    the earlier ones as they were, bit by bit.
+
+    Args:
+        velocities: Velocities of triplets.
+        confinement: beta = d/D.
+        volume_fraction: phi.
+        centreline_velocity: U_max in Ubar.
+        length: Length of the channel in D.
+        stations: Positions in D, ascending, in [0, length].
+        passages: Spheres to record in each repeat.
+        repeats: Independent trains.
+        seed: Seed of all of them.
+        factors: Name, value, units and meaning of numbers to store as they are, such as the
+            physical scales.
+        attributes: Global attributes.
+    """
+    stations = np.asarray(stations, dtype=float)
+    conditions = {
+        "confinement": confinement,
+        "volume_fraction": volume_fraction,
+        "centreline_velocity": centreline_velocity,
+    }
+    track_stations = np.linspace(0.0, length, TRACK_STATIONS)
+    records = [
+        record_train(
+            velocities,
+            **conditions,
+            length=length,
+            stations=stations if repeat else np.union1d(stations, track_stations),
+            passages=passages,
+            rng=np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,))),
+        )
+        for repeat in range(repeats)
+    ]
+    track_time = _apart(records[0], stations, track_stations)
+    tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
+    law = mean_spacing(confinement, volume_fraction)
+    dataset = xr.merge([_results(records, stations, law), tracks])
+    scalars = _scalars(velocities, **conditions, length=length)
+    for name, value, units, long_name in [*scalars, *factors]:
+        dataset[name] = ((), value, {"long_name": long_name, "units": units})
+    dataset.attrs = dict(attributes or {}) | {"seed": seed}
+    return dataset
+
+
+def _results(records: Sequence[Record], stations: NDArray, law: float) -> xr.Dataset:
+    """What all repeats have recorded, and its statistics."""
+    passages = _passages(records, stations)
+    measures = statistics(passages["spacing"], law)
+    return xr.merge([passages, _snapshots(records), _numbers(records), measures])
+
+
+def _apart(record: Record, stations: NDArray, track_stations: NDArray) -> NDArray:
+    """Take the passages of `track_stations` out of a record that holds both; their times."""
+    everywhere = np.union1d(stations, track_stations)
+    time = record.passage_time[everywhere.searchsorted(track_stations)]
+    asked = everywhere.searchsorted(stations)
+    record.spacing, record.passage_time = record.spacing[asked], record.passage_time[asked]
+    return time
+
+
+def _scalars(
+    velocities: Velocities,
+    confinement: float,
+    volume_fraction: float,
+    centreline_velocity: float,
+    length: float,
+) -> list[tuple[str, float, str, str]]:
+    """Name, value, units and meaning of the conditions."""
+    law = mean_spacing(confinement, volume_fraction)
+    return [
+        ("confinement", confinement, "1", "sphere over channel diameter"),
+        ("volume_fraction", volume_fraction, "1", "volume fraction of spheres"),
+        ("centreline_velocity", centreline_velocity, "1", "U_max of the undisturbed flow"),
+        ("isolated_velocity", velocities.isolated, "1", "velocity of a single sphere"),
+        ("channel_length", length, "1", "length of the channel over its diameter"),
+        ("mean_spacing_law", law, "1", "spacing of an equally spaced train, (2/3) beta^2/phi"),
+    ]
+
+
+def _passages(records: Sequence[Record], stations: NDArray) -> xr.Dataset:
+    dims = ("repeat", "station", "passage")
+    return xr.Dataset(
+        {
+            "spacing": described(
+                np.stack([record.spacing for record in records]),
+                dims,
+                "distance to the sphere ahead over diameter, as the sphere passes the station",
+                comment="where the sphere ahead has left, their last distance in the channel",
+            ),
+            "passage_time": described(
+                np.stack([record.passage_time for record in records]),
+                dims,
+                "time of passage times mean velocity of the flow over channel diameter",
+            ),
+        },
+        coords={
+            "station": described(stations, ["station"], "position over channel diameter"),
+            "repeat": described(np.arange(len(records)), ["repeat"], "number of the train"),
+        },
+    )
+
+
+def _snapshots(records: Sequence[Record]) -> xr.Dataset:
+    spheres = max((z.size for record in records for z in record.snapshots), default=0)
+    time = np.full((len(records), SNAPSHOTS), np.nan)
+    position = np.full((*time.shape, spheres), np.nan)
+    for r, record in enumerate(records):
+        for n, z in enumerate(record.snapshots):
+            time[r, n] = record.snapshot_time[n]
+            position[r, n, : z.size] = z
+    return xr.Dataset(
+        {
+            "snapshot_time": described(
+                time,
+                ["repeat", "snapshot"],
+                "time of the snapshot times mean velocity of the flow over channel diameter",
+            ),
+            "position": described(
+                position,
+                ["repeat", "snapshot", "sphere"],
+                "position over sphere diameter, the trailing sphere first",
+                comment="NaN after the leading sphere",
+            ),
+        }
+    )
+
+
+def _numbers(records: Sequence[Record]) -> xr.Dataset:
+    """Number of spheres against time, and the balance."""
+    time = np.linspace(0.0, min(record.duration for record in records), COUNT_TIMES)
+    inside = [
+        np.searchsorted(record.entry_time, time, side="right")
+        - np.searchsorted(record.exit_time, time, side="right")
+        for record in records
+    ]
+    return xr.Dataset(
+        {
+            "number_of_spheres": described(
+                np.stack(inside), ["repeat", "count_time"], "number of spheres in the channel"
+            ),
+            **{
+                f"{name}_count": described(
+                    np.array([getattr(record, name) for record in records]), ["repeat"], text
+                )
+                for name, text in BALANCE.items()
+            },
+        },
+        coords={
+            "count_time": described(
+                time, ["count_time"], "time times mean velocity of the flow over channel diameter"
+            )
+        },
+    )
+
+
+def _tracks(stations: NDArray, time: NDArray, confinement: float) -> xr.Dataset:
+    """Successive spheres of the first repeat: when they pass, and where, in the moving frame."""
+    return xr.Dataset(
+        {
+            "track_time": described(
+                time.T,
+                ["track_sphere", "track_station"],
+                "time of passage times mean velocity of the flow over channel diameter",
+            ),
+            "track_position": described(
+                moving_frame(stations, time.T, confinement),
+                ["track_sphere", "track_station"],
+                "position over sphere diameter in the frame of the mean velocity of the spheres, "
+                "as the sphere passes the station",
+                comment="0 where the first of the spheres enters",
+            ),
+        },
+        coords={
+            "track_station": described(
+                stations, ["track_station"], "position over channel diameter"
+            )
+        },
+    )
+
+
+def moving_frame(stations: NDArray, time: NDArray, confinement: float) -> NDArray:
+    """Positions of spheres, as they pass stations, in a frame that moves at their mean velocity.
+
+    Args:
+        stations: Positions in D, ascending, shape (station,).
+        time: Times of passage in D/Ubar, shape (sphere, station), spheres in order of passage.
+        confinement: d/D.
+
+    Returns:
+        Positions in d, shape (sphere, station); 0 where the first sphere passes the first station.
+    """
+    velocity = _mean_velocity(stations, time)
+    return (stations - stations[0] - velocity * (time - time[0, 0])) / confinement
+
+
+def tracked_velocity(train: xr.Dataset) -> float:
+    """Mean velocity, over that of the flow, of the tracked spheres from inlet to outlet."""
+    return float(_mean_velocity(train["track_station"].values, train["track_time"].values))
+
+
+def _mean_velocity(stations: NDArray, time: NDArray) -> float:
+    """Way from the first to the last station over the mean time that spheres took for it."""
+    return (stations[-1] - stations[0]) / np.mean(time[:, -1] - time[:, 0])
+
+
+def summary(trains: xr.Dataset) -> str:
+    """The result of `run_repeats` in a few lines of text."""
+    counts = {name: int(trains[f"{name}_count"].sum()) for name in BALANCE}
+    lines = [
+        ", ".join(f"{count} {name}" for name, count in counts.items()),
+        f"mean spacing of an equally spaced train: {float(trains['mean_spacing_law']):.3f} d",
+        "station/D   mean spacing/d      most frequent/d     variation           touching",
+    ]
+    for n, station in enumerate(trains["station"].values):
+        words = [
+            f"{float(trains[name][n]):.3f} +- {float(trains[f'{name}_halfwidth'][n]):.3f}"
+            for name in ("mean_spacing", "spacing_mode", "spacing_variation", "touching_share")
+        ]
+        lines.append(f"{station:<12g}" + "".join(f"{word:<20}" for word in words).rstrip())
+    return "\n".join(lines)
+
+
+def headline(trains: xr.Dataset) -> str:
+    """The spacing at the last station in one line of text."""
+    last = trains.isel(station=-1)
+    return (
+        f"at z = {float(last['station']):g} D: mean spacing {float(last['mean_spacing']):.2f} d, "
+        f"most frequent {float(last['spacing_mode']):.2f} d, "
+        f"coefficient of variation {float(last['spacing_variation']):.2f}, "
+        f"touching {100 * float(last['touching_share']):.1f} %"
+    )
