@@ -41,7 +41,7 @@ def draw(study: Study, name: str, source: str | Path | None) -> Drawing:
         from viscotrain.drawing import rheology_figure
 
         measured = rheology_figure.measured(source) if source else None
-        return rheology_figure.rheology(study.fluid, measured, study.shear_rates())
+        return rheology_figure.rheology(study.physical_fluid, measured, study.shear_rates())
     return figures.draw(name, xr.load_dataset(source), study.confinement)
 
 
@@ -73,7 +73,7 @@ if "snakemake" in globals():
         study = with_fitted_fluid(parse_study(snakemake.config))  # noqa: F821
         for png in map(Path, snakemake.output):  # noqa: F821
             if png.suffix == ".png":
-                fitting = (kind for start, kind in SOURCES.items() if png.stem.startswith(start))
+                fitting = (shown for start, shown in SOURCES.items() if png.stem.startswith(start))
                 source = snakemake.input.get(next(fitting, None))  # noqa: F821
                 main(study, png.stem, source, png.parent)
 elif __name__ == "__main__":

@@ -18,7 +18,7 @@ import yaml
 
 from viscotrain.config.models import FluidConfig, parse_study
 from viscotrain.drawing.rheology_figure import rheology
-from viscotrain.fluid import fluid_fit, measurements
+from viscotrain.fluid import fit_report, fluid_fit, measurements
 from viscotrain.jobs import datasets, drawings, provenance
 from viscotrain.jobs.command import reporting
 
@@ -26,13 +26,13 @@ from viscotrain.jobs.command import reporting
 def main(fluid: FluidConfig, files: Sequence[str | Path], output: str | Path, details: str | Path):
     """Fit to the files as the section `fluid` says; write the fluid and the details."""
     result = fluid_fit.fit(measurements.read(files), fluid.fit.modes, fluid.solvent_viscosity)
-    print(fluid_fit.summary(result))
+    print(fit_report.summary(result))
     section = yaml.safe_dump({"fluid": fluid.model_dump(mode="json")}, sort_keys=False)
     attributes = provenance.attributes("fluid fitted to measured data", section)
     attributes["fluid_fit_digest"] = provenance.digest(provenance.FLUID_FIT)
-    attributes["fluid"] = fluid_fit.as_yaml(result.chosen)
-    datasets.write(fluid_fit.dataset(result, attributes), details)
-    Path(output).write_text(fluid_fit.as_yaml(result.chosen), encoding="utf-8")
+    attributes["fluid"] = fit_report.as_yaml(result.chosen)
+    datasets.write(fit_report.dataset(result, attributes), details)
+    Path(output).write_text(fit_report.as_yaml(result.chosen), encoding="utf-8")
     return result.chosen
 
 

@@ -23,9 +23,10 @@ from viscotrain.config.models import (
 )
 from viscotrain.drawing.rheology_figure import rheology
 from viscotrain.errors import ConfigError, DataError, FluidError
-from viscotrain.fluid import fluid_fit, measurements
-from viscotrain.fluid.fluid_fit import Fluid, fit, model
-from viscotrain.fluid.parameters import Mode
+from viscotrain.fluid import fit_report, measurements
+from viscotrain.fluid.fit_problem import model
+from viscotrain.fluid.fluid_fit import fit
+from viscotrain.fluid.parameters import Fluid, Mode
 from viscotrain.jobs import datasets, drawings
 
 ROOT = Path(__file__).parent.parent
@@ -425,7 +426,7 @@ def fitted(tmp_path_factory):
 
 
 def test_yaml_is_a_section_of_a_config(fitted):
-    text = fluid_fit.as_yaml(fitted.chosen)
+    text = fit_report.as_yaml(fitted.chosen)
     study = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
     fluid = parse_study(study | yaml.safe_load(text)).fluid
     assert parameters(fluid) == pytest.approx(parameters(fitted.chosen.fluid), rel=1e-3)
@@ -436,9 +437,9 @@ def test_yaml_is_a_section_of_a_config(fitted):
 
 
 def test_a_falling_shear_stress_is_told(fitted):
-    assert "no unique steady flow" not in fluid_fit.as_yaml(fitted.chosen)
+    assert "no unique steady flow" not in fit_report.as_yaml(fitted.chosen)
     thinning = Fluid(0.01, (Mode(1.0, 0.1, 0.9),))
-    text = fluid_fit.as_yaml(dataclasses.replace(fitted.chosen, fluid=thinning))
+    text = fit_report.as_yaml(dataclasses.replace(fitted.chosen, fluid=thinning))
     found = re.search(
         r"falls with the shear rate at (\S+) 1/s: no unique", text.replace("\n# ", " ")
     )
@@ -448,7 +449,7 @@ def test_a_falling_shear_stress_is_told(fitted):
 
 
 def test_dataset_holds_data_model_and_residuals(fitted, tmp_path):
-    datasets.write(fluid_fit.dataset(fitted, {"title": "fit"}), tmp_path / "fit.nc")
+    datasets.write(fit_report.dataset(fitted, {"title": "fit"}), tmp_path / "fit.nc")
     result = xr.load_dataset(tmp_path / "fit.nc")
     assert result["residual"].values == pytest.approx(np.log(result["model"] / result["measured"]))
     rows = result["quantity"] == "loss_modulus"
@@ -514,10 +515,10 @@ def test_a_study_takes_the_fitted_fluid(fitted, tmp_path):
     with pytest.raises(FluidError, match="not fitted yet"):
         _ = study.dimensionless_fluid
     file.parent.mkdir(parents=True)
-    file.write_text(fluid_fit.as_yaml(fitted.chosen), encoding="utf-8")
+    file.write_text(fit_report.as_yaml(fitted.chosen), encoding="utf-8")
     known = with_fitted_fluid(study, tmp_path)
-    assert known.fluid == FluidConfig.model_validate(fluid_fit.rounded(fitted.chosen.fluid))
-    assert known.dns_settings()["fluid"] == fluid_fit.rounded(fitted.chosen.fluid)
+    assert known.fluid == FluidConfig.model_validate(fit_report.rounded(fitted.chosen.fluid))
+    assert known.dns_settings()["fluid"] == fit_report.rounded(fitted.chosen.fluid)
     assert parse_study(yaml.safe_load(known.resolved_yaml())) == known
 
 
@@ -609,9 +610,11 @@ def test_figure_of_a_newtonian_fluid_has_no_storage_modulus():
 def test_figure_is_written_with_its_data(tmp_path):
     study = load_study(ROOT / "config" / "paper.yaml")
     assert study.shear_rates()[5.0] == pytest.approx(5 / 0.0752)
-    drawing = rheology(study.fluid, rates=study.shear_rates())
+    drawing = rheology(study.physical_fluid, rates=study.shear_rates())
     paths = drawings.save(drawing, tmp_path / "rheology")
     assert [path.name for path in paths] == ["rheology.png", "rheology.pdf", "rheology.csv"]
-    again = drawings.save(rheology(study.fluid, rates=study.shear_rates()), tmp_path / "again")
+    again = drawings.save(
+        rheology(study.physical_fluid, rates=study.shear_rates()), tmp_path / "again"
+    )
     for one, other in zip(paths, again, strict=True):
         assert one.read_bytes() == other.read_bytes()

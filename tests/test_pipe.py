@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 
 from viscotrain.errors import FluidError
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
-from viscotrain.fluid.pipe import pipe_flow, shear_viscosity
+from viscotrain.fluid.pipe import pipe_flow
+from viscotrain.fluid.shear import shear_viscosity
 
 REFERENCE = Path(__file__).parent / "reference"
 

@@ -5,7 +5,6 @@ from rest with an explicit method of high order; that is independent of every cl
 """
 
 import math
-from dataclasses import dataclass
 
 import ngsolve
 import numpy as np
@@ -21,14 +20,7 @@ from viscotrain.flow import giesekus
 from viscotrain.flow.axisymmetry import Tensor
 from viscotrain.flow.giesekus import LogConformation
 from viscotrain.fluid import rheology
-from viscotrain.fluid.parameters import Mode
-
-
-@dataclass(frozen=True)
-class Fluid:
-    solvent_viscosity: float
-    modes: tuple[Mode, ...] = ()
-
+from viscotrain.fluid.parameters import Fluid, Mode
 
 HYALURONIC_ACID = Fluid(0.051, (Mode(0.257, 0.0752, 0.283), Mode(0.254, 0.00848, 0.49)))
 OLDROYD_B = Fluid(0.05, (Mode(0.3, 0.2, 0.0), Mode(0.2, 0.01, 0.0)))

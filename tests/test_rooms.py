@@ -23,14 +23,11 @@ ARROWS_TO_BE_TURNED = {("studies.robustness", "jobs.provenance")}
 LONG_MODULES = {
     "config.models",
     "config.problems",
-    "flow.batches",
     "flow.continuation",
-    "fluid.fluid_fit",
     "studies.robustness",
 }
 LONG_FUNCTIONS = {
     "flow.newton.ModifiedNewton.solve",
-    "fluid.fluid_fit.dataset",
 }
 
 

@@ -9,8 +9,8 @@ FIGURES = [
     "stress_field",
     *[f"relative_velocities_De{number_name(De)}" for De in STUDY.deborah.values],
     *[
-        f"{kind}_{train_name(De, phi)}"
-        for kind in ("spacing", "train")
+        f"{figure}_{train_name(De, phi)}"
+        for figure in ("spacing", "train")
         for De in STUDY.trains.deborah
         for phi in STUDY.trains.volume_fraction
     ],

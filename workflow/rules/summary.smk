@@ -8,7 +8,9 @@ rule summary:
         movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
         design_map=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
         figures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES),
-        timing=[f"{RESULTS}/{name.format(kind='timing/')}.csv" for name in SIMULATIONS],
+        timing=[
+            f"{RESULTS}/{name.format(folder='timing/')}.csv" for name in SIMULATIONS
+        ],
     output:
         report(
             f"{RESULTS}/summary.txt",

@@ -2,20 +2,20 @@
 
 if STUDY.dns.method == "transient":
     SIMULATIONS = [
-        f"transient/{{kind}}{point_name(*geometry, De)}"
+        f"transient/{{folder}}{point_name(*geometry, De)}"
         for geometry, deborahs in simulated(STUDY).items()
         for De in deborahs
     ]
 else:
     SIMULATIONS = [
-        f"dns/{{kind}}{geometry_name(*geometry)}" for geometry in simulated(STUDY)
+        f"dns/{{folder}}{geometry_name(*geometry)}" for geometry in simulated(STUDY)
     ]
 
 
 rule table:
     input:
         **FITTED_FLUID,
-        results=[f"{RESULTS}/{name.format(kind='')}.nc" for name in SIMULATIONS],
+        results=[f"{RESULTS}/{name.format(folder='')}.nc" for name in SIMULATIONS],
     output:
         f"{RESULTS}/table/velocity_table.nc",
     log:

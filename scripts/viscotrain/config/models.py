@@ -37,7 +37,7 @@ from viscotrain.config.problems import (
     problem_of_key,
 )
 from viscotrain.errors import ConfigError, FluidError
-from viscotrain.fluid.parameters import DimensionlessFluid, Scales, mean_spacing
+from viscotrain.fluid.parameters import DimensionlessFluid, Fluid, Mode, Scales, mean_spacing
 from viscotrain.table.triplets import Triplet, simulations
 from viscotrain.words import FEWEST_TRAIN_SPHERES
 
@@ -140,16 +140,6 @@ class FluidConfig(_Section):
         if self.data is None and self.fit == FluidFitConfig():
             unused.add("fit")
         return {name: value for name, value in serialize(self).items() if name not in unused}
-
-    @property
-    def zero_shear_viscosity(self) -> float:
-        """Solvent plus modes, eta_0, in Pa s."""
-        return self.solvent_viscosity + sum(mode.viscosity for mode in self.modes)
-
-    @property
-    def longest_relaxation_time(self) -> float:
-        """Of all modes, lambda_1, in s; NaN without modes."""
-        return max((mode.relaxation_time for mode in self.modes), default=math.nan)
 
 
 class ChannelConfig(_Section):
@@ -521,15 +511,26 @@ class Study(_Section):
         return self.particle.diameter / self.channel.diameter
 
     @property
-    def dimensionless_fluid(self) -> DimensionlessFluid:
-        """The fluid in units of its zero-shear viscosity and longest relaxation time.
+    def physical_fluid(self) -> Fluid:
+        """The fluid in physical units.
 
         Raises:
             FluidError: The fluid is not fitted yet.
         """
         if self.fluid.modes is None:
             raise FluidError("the fluid is not fitted yet; `fluid_fit` and `with_fluid` do it")
-        return DimensionlessFluid.from_physical(self.fluid.solvent_viscosity, self.fluid.modes)
+        modes = (Mode(**mode.model_dump()) for mode in self.fluid.modes)
+        return Fluid(self.fluid.solvent_viscosity, tuple(modes))
+
+    @property
+    def dimensionless_fluid(self) -> DimensionlessFluid:
+        """The fluid in units of its zero-shear viscosity and longest relaxation time.
+
+        Raises:
+            FluidError: The fluid is not fitted yet.
+        """
+        fluid = self.physical_fluid
+        return DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
 
     @property
     def geometries(self) -> tuple[tuple[float, float], ...]:
@@ -552,8 +553,8 @@ class Study(_Section):
         return Scales.at(
             self.deborah_longest_mode(deborah),
             self.dimensionless_fluid,
-            zero_shear_viscosity=self.fluid.zero_shear_viscosity,
-            longest_relaxation_time=self.fluid.longest_relaxation_time,
+            zero_shear_viscosity=self.physical_fluid.zero_shear_viscosity,
+            longest_relaxation_time=self.physical_fluid.longest_relaxation_time,
             channel_diameter=self.channel.diameter,
             particle_diameter=self.particle.diameter,
         )
@@ -590,7 +591,7 @@ class Study(_Section):
     def shear_rates(self) -> dict[float, float]:
         """Mean velocity over channel diameter, in 1/s, by De of the config, without De = 0."""
         return {
-            De: self.deborah_longest_mode(De) / self.fluid.longest_relaxation_time
+            De: self.deborah_longest_mode(De) / self.physical_fluid.longest_relaxation_time
             for De in self.deborah.values
             if De > 0
         }

@@ -20,10 +20,12 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
     "words",
     "fluid.parameters",
     "fluid.pipe",
+    "fluid.shear",
     "flow.axisymmetry",
     "flow.batches",
     "flow.continuation",
     "flow.discretisation",
+    "flow.elements",
     "flow.factorisation",
     "flow.fronts",
     "flow.geometry",
@@ -40,9 +42,11 @@ FIELD = (*PHYSICS, "flow.fields")
 FLUID_FIT = (  # ... the fitted fluid
     "fluid.parameters",
     "fluid.measurements",
+    "fluid.fit_problem",
+    "fluid.fit_report",
     "fluid.fluid_fit",
-    "fluid.pipe",
     "fluid.rheology",
+    "fluid.shear",
 )
 TABLE = (  # ... the table, given those
     "words",
@@ -80,11 +84,12 @@ INTERACTIVE = (  # ... the page for the browser
     "table.lubrication",
     "table.pairs",
 )
-DESIGN_MAP = (
+DESIGN_MAP = (  # ... the map, given its trains
     "trains.design_map",
     "fluid.parameters",
     "fluid.pipe",
-)  # ... the map, given its trains
+    "fluid.shear",
+)
 START_UP = ("studies.start_up",)  # ... the comparison, given the transient
 CLOSURE_TRAIN = (
     *TRANSIENT,
