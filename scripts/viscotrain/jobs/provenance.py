@@ -97,9 +97,10 @@ CLOSURE_TRAIN = (
     "table.lubrication",
     "trains.motion",
     "studies.closure",
+    "studies.resolution",
 )
 CLOSURE_GAP = (*PHYSICS, "studies.closure")
-CONVERGENCE = (*TRANSIENT, "studies.convergence")
+CONVERGENCE = (*TRANSIENT, "studies.convergence", "studies.resolution")
 SOFTWARE = ("viscotrain", "ngsolve", "netgen-mesher", "numpy", "scipy", "xarray")
 
 

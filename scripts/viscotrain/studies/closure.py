@@ -20,6 +20,7 @@ from viscotrain.config.models import Study
 from viscotrain.errors import SolutionError
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import Report, solutions, triplet
+from viscotrain.studies.resolution import with_sizes
 from viscotrain.table.interpolation import TripletVelocities
 from viscotrain.trains.motion import chain_motion
 from viscotrain.words import CONTACT, LEADING, MIDDLE, TRAILING
@@ -90,10 +91,7 @@ def with_model(trajectory: xr.Dataset, velocities: TripletVelocities, start: flo
 def refined(study: Study) -> Study:
     """The study with smaller elements, and time steps of a tenth of the error."""
     dns, steps = study.dns, study.dns.transient
-    finer = {
-        "sphere_elements": round(dns.sphere_elements / REFINEMENT),
-        "axis_size": dns.axis_size * REFINEMENT,
-        "wall_size": dns.wall_size * REFINEMENT,
+    finer = with_sizes(dns, REFINEMENT) | {
         "transient": steps.model_copy(
             update={
                 name: getattr(steps, name) / 10
