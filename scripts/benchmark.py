@@ -41,7 +41,7 @@ SPHERE_DEBORAHS = (0.1, 0.5, 1.0, 2.0, 5.0)
 CONVERGED = {0.5: 1.829855, 1.0: 1.770559, 2.0: 1.695214, 5.0: 1.653117}
 FINER = 0.7  # element sizes of the finer solution over those of the study, at one order more
 FINER_ACCURACY = 0.1  # of the finer solution over that of the study
-MORE_ELEMENTS = 4  # that the finer solution may have
+MORE_UNKNOWNS = 4  # that the finer solution may have
 ASKED = {"triplet": 4.0, "sphere": 7.0, "sphere error": 4e-6}  # CPU s, CPU s, Ubar
 PARTS = {  # functions by what they do; times of those called inside are not in their own
     "mesh": [(dns, "make_mesh")],
@@ -137,7 +137,8 @@ def finer(study: Study) -> Study:
         "wall_size": settings.wall_size * FINER,
         "accuracy": settings.accuracy * FINER_ACCURACY,
         "relative_accuracy": settings.relative_accuracy * FINER_ACCURACY,
-        "max_elements": settings.max_elements * MORE_ELEMENTS,
+        "max_velocity_order": settings.max_velocity_order + 1,
+        "max_unknowns": settings.max_unknowns * MORE_UNKNOWNS,
     }
     return study.model_copy(update={"dns": settings.model_copy(update=change)})
 

@@ -29,7 +29,7 @@ from viscotrain.config.models import (
     train_name,
     with_fitted_fluid,
 )
-from viscotrain.flow import continuation
+from viscotrain.flow import continuation, quasi_steady
 from viscotrain.jobs.command import reporting
 from viscotrain.jobs.progress import Point, made_with, outcomes
 from viscotrain.jobs.provenance import TRAINS, digest
@@ -156,7 +156,7 @@ def _coordinate(deborah):
 def _size(deborah: float, order: int, modes: int) -> float:
     """Unknowns per element of what is solved at a Deborah number."""
     if deborah == 0:
-        return unknowns_per_element(max(order, continuation.NEWTONIAN_ORDER), 0)
+        return unknowns_per_element(max(order, quasi_steady.NEWTONIAN_ORDER), 0)
     return unknowns_per_element(order, modes)
 
 

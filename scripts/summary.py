@@ -38,6 +38,7 @@ def main(
         str(velocities.attrs["title"]),
         f"  points solved   {total - missing} of {total}, {missing} holes{shared}",
         f"  points not accurate: {points.inaccurate_points(velocities)}, "
+        f"by the fall-back: {points.fallback_points(velocities)}, "
         f"largest estimated error {description.largest_error(velocities)}",
         f"  interpolation   {description.largest_check_error(velocities)}",
         f"  simulation      {cpu:.0f} CPU s in {len(timing)} jobs",

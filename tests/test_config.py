@@ -152,7 +152,7 @@ WRONG = {
     ),
     "order": (
         {"dns.velocity_order": 7},
-        "dns.velocity_order: found 7; allowed: whole number in [2, 6]",
+        "dns.velocity_order: found 7; allowed: whole number in [3, 6]",
     ),
     "gap elements": (
         {"dns.gap_elements": 2},

@@ -99,7 +99,7 @@ def test_a_point_that_is_not_accurate_is_solved_and_marked():
             "velocity_order": 3,
             "accuracy": 1e-12,
             "relative_accuracy": 0.0,
-            "max_elements": 1,
+            "max_unknowns": 1,
         }
     )
     lines = []

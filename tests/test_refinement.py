@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from viscotrain.config.models import load_study
-from viscotrain.flow import continuation, newton, refinement
+from viscotrain.flow import newton, quasi_steady, refinement
 from viscotrain.flow.discretisation import copy
 from viscotrain.flow.meshes import Sizes
 from viscotrain.studies.dns import make_flow, mesh_of, triplet
@@ -128,16 +128,20 @@ def solved_in_order(flow, order):
     return solved(higher, start=start)
 
 
-def test_an_order_ahead_has_a_smaller_error(pair):
+def test_an_order_ahead_is_what_its_estimate_will_be(pair):
     flow, below = pair
-    now, ahead = (refinement.estimate(flow, below, adjoint_of(flow), n) for n in (0, 1))
-    assert 0 < ahead.decisive < now.decisive
+    now = refinement.estimate(flow, below, adjoint_of(flow))
+    higher = solved_in_order(flow, 4)
+    then = refinement.estimate(higher, flow.embed(copy(flow.state.vec), higher), adjoint_of(higher))
+    assert now.ahead(3) == now.decisive
+    assert now.ahead(4) < now.decisive
+    assert 0.2 < now.ahead(4) / then.decisive < 5
 
 
 def test_refining_reduces_the_estimate(pair):
     flow, below = pair
     coarse = refinement.estimate(flow, below, adjoint_of(flow))
-    sizes = refinement.refined(flow.mesh, coarse, 8.0, 10_000)
+    sizes, *_ = refinement.refined(flow.mesh, coarse, 3, coarse.decisive / 4, 10_000)
     finer = flow.on(mesh_of(STUDY, flow.geometry, sizes))
     lower = solved(finer.variant(flow.fluid, flow.velocity_order - 1))
     embedded = lower.embed(copy(lower.state.vec), finer)
@@ -206,19 +210,24 @@ def test_meshes_follow_the_sizes_asked_for():
     assert np.median(found[beyond]) > 0.7 * np.median(own)
 
 
+def estimate_of(contributions, rate):
+    """An error in order 3 with these contributions, of which one more order leaves a tenth."""
+    rates = np.full(contributions.size, rate)
+    return refinement.Estimate(3, 0.0, (1.0,), contributions, rates, gain=0.1)
+
+
 def test_elements_that_contribute_more_become_smaller(pair):
     flow, _ = pair
     contributions = np.ones(flow.mesh.ne)
     contributions[:10] = 1e4
     _, own = refinement._centres_and_sizes(flow.mesh)
-    rates = np.full(flow.mesh.ne, 3.0)
-    error = refinement.Estimate(0.0, (1.0,), contributions, rates)
-    sizes = refinement.refined(flow.mesh, error, 4.0, 10_000).sizes
-    change = refinement.MESHED * sizes / own
+    error = estimate_of(contributions, 3.0)
+    found, elements, left = refinement.refined(flow.mesh, error, 3, 1 / 4, 10_000)
+    change = refinement.MESHED * found.sizes / own
     assert change[:10].max() < change[10:].min()
     assert change.min() >= refinement.FINEST and change.max() <= 1.001 * refinement.COARSEST
-    left = contributions @ change**rates
-    assert left == pytest.approx(contributions.sum() / 4, rel=1e-3)
+    assert left == pytest.approx(1 / 4 / refinement.RESERVE, rel=1e-3)
+    assert elements == pytest.approx((change**-2).sum(), rel=1e-3)
 
 
 def test_sizes_stop_at_the_number_of_elements_allowed(pair):
@@ -226,14 +235,64 @@ def test_sizes_stop_at_the_number_of_elements_allowed(pair):
     contributions = np.linspace(1.0, 2.0, flow.mesh.ne)
     _, own = refinement._centres_and_sizes(flow.mesh)
     most = 1.5 * flow.mesh.ne
-    error = refinement.Estimate(0.0, (1.0,), contributions, np.full(flow.mesh.ne, 2.0))
-    change = refinement.MESHED * refinement.refined(flow.mesh, error, 1e6, most).sizes / own
+    sizes, elements, _ = refinement.refined(
+        flow.mesh, estimate_of(contributions, 2.0), 3, 1e-6, most
+    )
+    change = refinement.MESHED * sizes.sizes / own
     assert (change**-2).sum() == pytest.approx(most, rel=0.05)
+    assert elements == pytest.approx(most, rel=0.05)
+
+
+def test_the_error_of_equal_elements_falls_with_their_size(pair):
+    """Halving all sizes: four times the elements, each with 2^-(2 + q) of the contribution."""
+    flow, _ = pair
+    equal = np.ones(flow.mesh.ne)
+    _, elements, left = refinement.refined(
+        flow.mesh, estimate_of(equal, 2.0), 3, 1e-9, 4 * equal.size
+    )
+    assert elements == pytest.approx(4 * equal.size, rel=0.02)
+    assert left == pytest.approx(2**-3.0, rel=0.02)
+
+
+# ----------------------------------------------------------------------------------------- plans
+
+
+def plan(flow, allowed, contributions=None, **limits):
+    if contributions is None:
+        contributions = np.ones(flow.mesh.ne)
+    most = refinement.Limits(**({"order": 7, "unknowns": 1e6} | limits))
+    return refinement.plan(flow, estimate_of(contributions, 1.0), allowed, most)
+
+
+def test_the_order_is_raised_where_that_is_enough(pair):
+    flow, _ = pair
+    assert plan(flow, 0.15) == (4, None)
+    assert plan(flow, 0.015) == (5, None)
+
+
+def test_a_mesh_is_refined_where_few_elements_have_the_error(pair):
+    flow, _ = pair
+    few = np.full(flow.mesh.ne, 1e-6)
+    few[:2] = 1.0
+    order, sizes = plan(flow, 0.4, few)
+    assert order == 3 and sizes is not None
+
+
+def test_no_plan_is_beyond_the_limits(pair):
+    flow, _ = pair
+    assert plan(flow, 1e-3, order=4)[0] <= 4
+    assert plan(flow, 1e-3, unknowns=10) is None
+
+
+def test_unknowns_of_an_element_are_about_those_of_a_flow(pair):
+    flow, _ = pair
+    about = refinement.unknowns_per_element(3, len(flow.fluid.modes)) * flow.mesh.ne
+    assert about == pytest.approx(flow.space.ndof, rel=0.15)
 
 
 def test_the_ladder_without_a_mesher_keeps_the_mesh():
     flow = make_flow(STUDY, triplet(STUDY, math.inf, 1.5))
-    options = continuation.SolverOptions(1e-7, 40, 3.0, accuracy=1e-12)
-    (solution,) = continuation.solve(flow, [DEBORAH], options)
+    options = quasi_steady.SolverOptions(1e-7, 40, 3.0, accuracy=1e-12)
+    (solution,) = quasi_steady.solve(flow, [DEBORAH], options)
     assert solution.flow.mesh is flow.mesh
     assert solution.solved and not solution.accurate

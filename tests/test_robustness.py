@@ -23,7 +23,7 @@ COARSE = DnsConfig(
     margin=1.5,
     accuracy=1e-2,
     relative_accuracy=0.5,
-    max_elements=200,
+    max_unknowns=10_000,
 )
 EASY = robustness.Point(
     index=0,
@@ -143,15 +143,15 @@ def test_the_error_that_counts_is_of_relative_velocities():
 
 
 def test_references_are_finer():
-    default = DnsConfig(max_elements=1500)
-    reference = robustness.finer(default, 1)
+    default = DnsConfig()
+    reference = robustness.finer(default)
     assert reference.velocity_order > default.velocity_order
     assert reference.sphere_elements > default.sphere_elements
     assert reference.accuracy == pytest.approx(default.accuracy / 10)
     assert reference.relative_accuracy == pytest.approx(default.relative_accuracy / 10)
     assert reference.margin == default.margin
-    most = [robustness.finer(default, modes).max_elements for modes in (1, 2, 3, 4)]
-    assert most == [3000, 3000, 2000, 1500]
+    assert reference.max_velocity_order == default.max_velocity_order + 1
+    assert reference.max_unknowns == 2 * default.max_unknowns
     DnsConfig.model_validate(reference.model_dump())
 
 

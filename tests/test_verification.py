@@ -81,9 +81,9 @@ def test_each_kind_varies_one_thing():
                     "wall_size",
                     "accuracy",
                     "relative_accuracy",
-                    "max_elements",
+                    "max_unknowns",
                 },
-                "order": {"velocity_order"},
+                "order": {"velocity_order", "max_velocity_order"},
                 "box": {"margin"},
             }[kind]
             assert changed == (set() if default else allowed)
@@ -97,7 +97,7 @@ def test_finer_meshes_are_finer_at_the_start_and_at_the_end():
         assert fine.relative_accuracy < coarse.relative_accuracy
         assert fine.wall_size < coarse.wall_size
         assert fine.sphere_elements > coarse.sphere_elements
-        assert fine.max_elements > 2 * coarse.max_elements
+        assert fine.max_unknowns > 2 * coarse.max_unknowns
 
 
 def test_boxes_are_longer_than_the_default_one():
@@ -106,7 +106,7 @@ def test_boxes_are_longer_than_the_default_one():
 
 def test_no_order_is_below_the_lowest():
     tiny = load_study(CONFIG / "tiny.yaml")
-    assert [order for order, _, _ in settings(tiny, "order")] == [2, 3, 4, 5]
+    assert [order for order, _, _ in settings(tiny, "order")] == [3, 4, 5]
 
 
 def comparison(sp=1.5, deborah=5.0):

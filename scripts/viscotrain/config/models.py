@@ -246,10 +246,10 @@ class DnsConfig(_Section):
     )
     transient: TransientConfig = TransientConfig()
     velocity_order: int = _key(
-        "polynomial order of the velocity; pressure and conformation are one order below. "
-        "De = 0 is solved in order 6",
+        "lowest polynomial order of the velocity that results are taken from; pressure and "
+        "conformation are one order below. De = 0 is solved in order 6",
         default=4,
-        ge=2,
+        ge=3,
         le=6,
     )
     sphere_elements: int = _key("elements along the half circle of a sphere", default=10, ge=4)
@@ -278,7 +278,17 @@ class DnsConfig(_Section):
         ge=0,
         lt=1,
     )
-    max_elements: int = _key("elements of a mesh that is not refined any more", default=1500, ge=1)
+    max_velocity_order: int = _key(
+        "highest order that the accuracy may raise it to; without effect below dns.velocity_order",
+        default=7,
+        ge=3,
+        le=8,
+    )
+    max_unknowns: int = _key(
+        "unknowns that a simulation may have, about, in the order and on the mesh it ends with",
+        default=100_000,
+        ge=1,
+    )
     tolerance: float = _key(
         "update, rms over the unknowns, at which an iteration has converged",
         default=1e-7,

@@ -54,6 +54,7 @@ class _Part:
         unknowns: That are eliminated here.
         own: Their numbers in the order of elimination.
         kept: Unknowns that are passed on.
+        place: Of the part in the order of elimination.
         places: Among the unknowns of this part: of those of each element, with the place behind the
             last one if it is none; or of those that the halves keep.
     """
@@ -64,6 +65,7 @@ class _Part:
     unknowns: NDArray | None = None
     own: NDArray | None = None
     kept: NDArray | None = None
+    place: int = -1
     places: list | NDArray | None = None
 
 
@@ -161,6 +163,7 @@ class Dissection:
             self._eliminate(half, rest[inside])
             rest = rest[~inside]
         part.unknowns = rest[np.lexsort((self._last[rest], self._first[rest]))]
+        part.place = len(self.parts)
         self.parts.append(part)
 
     def _number(self):
@@ -217,12 +220,16 @@ class FrontalFactors:
 
     def __init__(self, dissection: Dissection, batches: Batches):
         self._dissection = dissection
+        self._factors: list[tuple | None] = [None] * len(dissection.parts)
         outer = self._condense(batches)
-        weak = self._factorise(outer, LARGEST)
+        passed: list[NDArray | None] = [None] * len(dissection.parts)
+        weak = self._factorise(outer, passed, LARGEST)
         while weak:
+            kept = [dissection.unknowns[part.kept] for part in dissection.parts]
             if dissection.delay(weak, self._without_diagonal()):
-                weak = self._factorise(outer, LARGEST)
-            elif self._factorise(outer, np.inf):
+                self._reorder(kept, passed)
+                weak = self._factorise(outer, passed, LARGEST)
+            elif self._factorise(outer, passed, np.inf):
                 raise SingularError
             else:
                 break
@@ -233,36 +240,49 @@ class FrontalFactors:
         size = np.abs(self._diagonal[numbers >= 0])
         return np.bincount(numbers[numbers >= 0], size, self._dissection.size) == 0
 
-    def _factorise(self, outer: NDArray, largest: float) -> list[_Part]:
-        """Factorise all fronts; returns the parts where the pivots are too small."""
-        dissection = self._dissection
-        self._factors, weak = [], []
-        passed: dict[int, NDArray | None] = {}
-        for part in dissection.parts:
-            own, size = part.own.size, part.own.size + part.kept.size
-            if part.halves:
-                matrices = [passed.pop(half.first) for half in part.halves]
-                if any(matrix is None for matrix in matrices):
-                    passed[part.first] = None
-                    continue
-                F = np.zeros((size, size), order="F")
-                for place, matrix in zip(part.places, matrices, strict=True):
-                    _add(F, place, matrix)
-            else:
-                members = outer[dissection.order[part.first : part.end]]
-                places = part.places[:, :, None] + (size + 1) * part.places[:, None, :]
-                F = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
-                F = F.reshape(size + 1, size + 1).T[:size, :size]
-            passed[part.first] = self._eliminate(F, own, largest)
-            if passed[part.first] is None:
+    def _factorise(
+        self, outer: NDArray, passed: list[NDArray | None], largest: float
+    ) -> list[_Part]:
+        """Factorise the fronts that are not yet; returns the parts where the pivots are too small.
+
+        Args:
+            outer: Matrices of the elements.
+            passed: What each part passes on, as far as it is needed; changed in place.
+            largest: Entry of W with which pivots are large enough.
+        """
+        dissection, weak = self._dissection, []
+        for n, part in enumerate(dissection.parts):
+            if self._factors[n] is not None:
+                continue
+            if any(self._factors[half.place] is None for half in part.halves):
+                continue
+            found = self._eliminate(self._front(part, outer, passed), part.own.size, largest)
+            if found is None:
                 weak.append(part)
+                continue
+            self._factors[n], passed[n] = found
+            for half in part.halves:
+                passed[half.place] = None
         return weak
 
-    def _eliminate(self, F: NDArray, own: int, largest: float) -> NDArray | None:
-        """Factorise a front; returns what is passed on, none if the pivots are too small."""
-        if own == 0:
-            self._factors.append(None)
+    def _front(self, part: _Part, outer: NDArray, passed: list[NDArray | None]) -> NDArray:
+        """The matrix of a part, of its elements or of what its halves pass on."""
+        size = part.own.size + part.kept.size
+        if part.halves:
+            F = np.zeros((size, size), order="F")
+            for place, half in zip(part.places, part.halves, strict=True):
+                _add(F, place, passed[half.place])
             return F
+        members = outer[self._dissection.order[part.first : part.end]]
+        places = part.places[:, :, None] + (size + 1) * part.places[:, None, :]
+        F = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
+        return F.reshape(size + 1, size + 1).T[:size, :size]
+
+    @staticmethod
+    def _eliminate(F: NDArray, own: int, largest: float) -> tuple[tuple, NDArray] | None:
+        """Factors of a front and what is passed on; none if the pivots are too small."""
+        if own == 0:
+            return (), F
         lu, pivots, failed = lapack.dgetrf(F[:own, :own])
         if failed:
             return None
@@ -271,8 +291,25 @@ class FrontalFactors:
             W, _ = lapack.dgetrs(lu, pivots, W)
             if np.abs(W).max() > largest:
                 return None
-        self._factors.append((lu, pivots, W, below))
-        return F[own:, own:] - below @ W
+        return (lu, pivots, W, below), F[own:, own:] - below @ W
+
+    def _reorder(self, kept: list[NDArray], passed: list[NDArray | None]):
+        """Bring what is known into the new order of the unknowns, after some were delayed.
+
+        Args:
+            kept: Unknowns that each part kept before, in their order.
+            passed: What each part passes on.
+        """
+        for n, part in enumerate(self._dissection.parts):
+            now = self._dissection.unknowns[part.kept]
+            if self._factors[n] is None or np.array_equal(now, kept[n]):
+                continue
+            order = np.argsort(kept[n])[np.searchsorted(np.sort(kept[n]), now)]
+            if self._factors[n]:
+                lu, pivots, W, below = self._factors[n]
+                self._factors[n] = lu, pivots, W[:, order], below[order]
+            if passed[n] is not None:
+                passed[n] = passed[n][np.ix_(order, order)]
 
     def _condense(self, batches: Batches) -> NDArray:
         """Eliminate inner unknowns of elements; returns the rest of the matrices."""

@@ -9,21 +9,25 @@ order k, the residual R of order k and the adjoint solution z, (dR/dx)^T z = j,
 (dual-weighted residual in a hierarchical basis; R. Becker & R. Rannacher, Acta Numerica 10, 2001,
 1; R. E. Bank & R. K. Smith, SIAM J. Numer. Anal. 30, 1993, 921). Only the unknowns that order k
 adds contribute, because x_l makes the others vanish. So eta_K is the share of K in the error of the
-order below. In the order k itself it is smaller by what one more order gains in both factors, the
-solution and the adjoint one, each measured by how the conformation in K decays from degree k - 2 to
-degree k - 1, by r_K and s_K: about 1/4 where the solution is smooth, about one in a layer that the
-mesh does not resolve. The contributions e_K = eta_K r_K s_K cancel in part. Their sum, if all had
-the same sign, is sum |e_K|, and if the signs were independent (sum e_K^2)^(1/2); in between
+order below. In the order k itself it is smaller by what one more order gains. Of both factors, the
+solution and the adjoint one, each gains as the conformation in K decays from degree k - 2 to degree
+k - 1, by r_K and s_K: about 1/4 where the solution is smooth, about one in a layer that the mesh
+does not resolve. Signs are as good as random, since most of a transported error cancels, so
 
-    error of J = `SAFETY` [sum |e_K| (sum e_K^2)^(1/2)]^(1/2).
+    error of J = `SAFETY` [sum over K of eta_K^2 r_K s_K]^(1/2).
 
-The new mesh has elements of such sizes h that all contribute the same. What comes from a region
-goes like h^q there, what comes from one of its elements like h^(2 + q), with q between that of an
-unresolved layer and that of a smooth solution, `RATES`, by how far r_K s_K is between 1 and 1/16.
+Of (r_K s_K)^n, n = 1/2 scatters least about true errors; `SAFETY` is such that at most one in
+twenty is larger. One more order multiplies it by about the mean of r_K s_K, weighted with |eta_K|.
+
+The new mesh has elements of such sizes h that all contribute the same. What comes from one element
+goes like h^(2 + q), with q between that of an unresolved layer and that of a smooth solution,
+`RATES`, by how far r_K s_K is between 1 and 1/16.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import ngsolve
 import numpy as np
@@ -33,13 +37,23 @@ from numpy.typing import NDArray
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.meshes import Sizes
 
-SAFETY = 2.5  # measured: tests/test_refinement.py
+SAFETY = 2.4  # measured: tests/test_refinement.py
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
-RATES = 2.0, 4.0
+RATES = 0.5, 3.0
 SMOOTH = 1 / 16  # product of the decays of a smooth solution
-FINEST, COARSEST = 0.4, 1.1  # change of the size of an element in one refinement
+FINEST, COARSEST = 0.4, 1.0  # change of the size of an element in one refinement
 MESHED = 1.07  # sizes of the triangles that Netgen makes, over those asked for
+RESERVE = 2.0  # of a new mesh, since estimates scatter between meshes
+LEAST_REDUCTION = 2.0  # of the error, for which a new mesh is made
+ANOTHER_MESH = 2.0  # cost of a solution whose guess is from another mesh, over one on the same
 MANY_ELEMENTS = 50  # an unknown that belongs to more is no unknown of an element
+
+
+class Limits(NamedTuple):
+    """Highest order of the velocity, and number of unknowns, that may be used, about."""
+
+    order: int
+    unknowns: float
 
 
 @dataclass(frozen=True)
@@ -47,29 +61,43 @@ class Estimate:
     """Estimated errors of one solution.
 
     Attributes:
+        order: Of the velocity.
         velocity: Of the velocity of the reference sphere, in Ubar.
         relative: Of the relative velocities of neighbours, along the flow, in Ubar.
         contributions: (elements,) to the error that counts: the largest of `relative`, or
-            `velocity` for a single sphere.
-        rates: (elements,) exponents q of the size with which these contributions fall.
+            `velocity` for a single sphere; empty if they are not known.
+        rates: (elements,) exponents q of the size with which these fall.
+        gain: Error in the next order over that in this one, about.
     """
 
+    order: int
     velocity: float
     relative: tuple[float, ...]
     contributions: NDArray
     rates: NDArray
+    gain: float
 
     @property
     def decisive(self) -> float:
         """The error that counts: that of the relative velocities, of U for a single sphere."""
         return max(self.relative, default=self.velocity)
 
+    def ahead(self, order: int) -> float:
+        """What `decisive` is in this order or a higher one on the same mesh, about."""
+        return self.decisive * self.gain ** (order - self.order)
+
+
+class Plan(NamedTuple):
+    """How to become more accurate: an order, and sizes of another mesh unless it is fine enough."""
+
+    order: int
+    sizes: Sizes | None
+
 
 def estimate(
     flow: Flow,
     below: ngsolve.BaseVector,
     adjoint: Callable[[ngsolve.BaseVector], ngsolve.BaseVector],
-    ahead: int = 0,
 ) -> Estimate:
     """Estimate the errors of a solution.
 
@@ -77,7 +105,6 @@ def estimate(
         flow: Its state is the solution; at least of order 3.
         below: Solution in the order below, embedded in the space of the flow.
         adjoint: Solves with the transposed matrix of the linearised viscoelastic residual.
-        ahead: Estimate the errors in an order higher by so much.
     """
     residual = flow.state.vec.CreateVector()
     flow.viscoelastic.Apply(below, residual)
@@ -86,52 +113,120 @@ def estimate(
     elements = _Elements(flow)
     decay = elements.decay(flow.fields().psi)
     z = GridFunction(flow.space)
-    found, gains = [], []
+    totals, found = [], []
     for goal in _goals(flow):
         z.vec.data = adjoint(goal)
-        gains.append(decay * elements.decay(flow.grouped(z.components).psi))
         shares = np.abs(elements.sums(z.vec.FV().NumPy() * weights))
-        found.append(shares * gains[-1] ** (1 + ahead))
-    totals = [SAFETY * float(np.sqrt(each.sum() * np.linalg.norm(each))) for each in found]
-    relative = tuple(totals[1:])
-    decisive = int(np.argmax(relative)) + 1 if relative else 0
-    smoothness = np.minimum(np.log(gains[decisive]) / np.log(SMOOTH), 1.0)
-    rates = RATES[0] + (RATES[1] - RATES[0]) * smoothness
-    return Estimate(totals[0], relative, found[decisive], rates)
+        gains = decay * elements.decay(flow.grouped(z.components).psi)
+        found.append((shares, gains))
+        totals.append(SAFETY * float(np.linalg.norm(shares * np.sqrt(gains))))
+    decisive = int(np.argmax(totals[1:])) + 1 if len(totals) > 1 else 0
+    shares, gains = found[decisive]
+    smoothness = np.minimum(np.log(gains) / np.log(SMOOTH), 1.0)
+    return Estimate(
+        order=flow.velocity_order,
+        velocity=totals[0],
+        relative=tuple(totals[1:]),
+        contributions=shares * np.sqrt(gains),
+        rates=RATES[0] + (RATES[1] - RATES[0]) * smoothness,
+        gain=float(shares @ gains / shares.sum()),
+    )
 
 
 def compared(flow: Flow, below: Flow) -> Estimate:
     """The distance from the order below, in place of an estimate; without contributions."""
     differences = np.subtract(flow.relative_velocities(), below.relative_velocities())
     U, U_below = (each.sphere_velocities()[flow.geometry.reference] for each in (flow, below))
-    return Estimate(abs(U - U_below), tuple(np.abs(differences)), np.array([]), np.array([]))
+    none = np.array([])
+    return Estimate(
+        flow.velocity_order, abs(U - U_below), tuple(np.abs(differences)), none, none, math.nan
+    )
 
 
-def refined(mesh: ngsolve.Mesh, error: Estimate, reduction: float, most: float) -> Sizes:
-    """Sizes of a mesh whose error is smaller.
+def plan(flow: Flow, error: Estimate, allowed: float, limits: Limits) -> Plan | None:
+    """The order and the mesh that promise the accuracy with the fewest unknowns.
+
+    Args:
+        flow: On the present mesh.
+        error: In the present order.
+        allowed: Error to reach.
+        limits: Of orders and unknowns.
+
+    Returns:
+        None if nothing within the limits promises to be much more accurate.
+    """
+    plans = [
+        _plan_in(order, flow, error, allowed, limits)
+        for order in range(error.order, max(limits.order, error.order) + 1)
+    ]
+    promising = [each for each in plans if each is not None]
+    if not promising:
+        return None
+    return min(promising, key=lambda each: each[0])[-1]
+
+
+def _plan_in(
+    order: int, flow: Flow, error: Estimate, allowed: float, limits: Limits
+) -> tuple[tuple[float, float], Plan] | None:
+    """A plan with this order: how much too large the error remains, its cost, and the plan."""
+    modes = len(flow.fluid.modes)
+    if order > error.order and error.ahead(order) <= allowed:
+        if flow.mesh.ne * unknowns_per_element(order, modes) > limits.unknowns:
+            return None
+        orders = range(error.order + 1, order + 1)
+        return (1.0, _cost(flow.mesh.ne, orders, modes)), Plan(order, None)
+    most = limits.unknowns / unknowns_per_element(order, modes)
+    sizes, elements, left = refined(flow.mesh, error, order, allowed, most)
+    if left > error.decisive / LEAST_REDUCTION or elements > 1.01 * most:
+        return None
+    cost = ANOTHER_MESH * _cost(elements, (order - 1, order), modes)
+    return (max(left / allowed, 1.0), cost), Plan(order, sizes)
+
+
+def _cost(elements: float, orders: Iterable[int], modes: int) -> float:
+    """Of solving in these orders, one after the other; about that of the factorisations."""
+    return elements * sum(unknowns_per_element(k, modes) ** 1.5 for k in orders)
+
+
+def unknowns_per_element(order: int, modes: int) -> float:
+    """About; continuous polynomials of degree k have k^2/2 an element, u two, psi four a mode."""
+    return (2 * order**2 + (1 + 4 * modes) * (order - 1) ** 2) / 2
+
+
+def refined(
+    mesh: ngsolve.Mesh, error: Estimate, order: int, allowed: float, most: float
+) -> tuple[Sizes, float, float]:
+    """A mesh with elements of such sizes that the error in some order is smaller.
 
     Args:
         mesh: The present one.
         error: On it.
-        reduction: Present error over the wanted one.
+        order: To be solved in.
+        allowed: Error to reach; a reserve of `RESERVE` is taken.
         most: Elements that the new mesh may have, about.
+
+    Returns:
+        Sizes, number of elements, and the error that they promise.
     """
     centres, sizes = _centres_and_sizes(mesh)
     contributions = np.maximum(error.contributions, 1e-12 * error.contributions.max())
+    rates, wanted = error.rates, min(allowed, error.decisive / LEAST_REDUCTION) / RESERVE
 
     def factors(level: float) -> NDArray:
-        return np.clip((level / contributions) ** (1 / (2 + error.rates)), FINEST, COARSEST)
+        return np.clip((level / contributions) ** (1 / (2 + rates)), FINEST, COARSEST)
 
     low, high = np.log([contributions.min(), contributions.max()])
     low -= 10.0
+    present = error.ahead(order)
     for _ in range(50):
         factor = factors(np.exp((low + high) / 2))
-        too_large = contributions @ factor**error.rates > contributions.sum() / reduction
-        if too_large and (factor**-2).sum() < most:
+        norm = np.linalg.norm(contributions * factor ** (1 + rates))
+        left = present * norm / np.linalg.norm(contributions)
+        if left > wanted and (factor**-2).sum() < most:
             high = (low + high) / 2
         else:
             low = (low + high) / 2
-    return Sizes(centres, sizes * factor / MESHED)
+    return Sizes(centres, sizes * factor / MESHED), float((factor**-2).sum()), float(left)
 
 
 def _goals(flow: Flow) -> list[ngsolve.BaseVector]:

@@ -24,6 +24,7 @@ PHYSICS = (  # modules that decide the numbers of the direct numerical simulatio
     "flow.axisymmetry",
     "flow.batches",
     "flow.continuation",
+    "flow.quasi_steady",
     "flow.discretisation",
     "flow.elements",
     "flow.factorisation",

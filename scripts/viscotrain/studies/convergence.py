@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 
 from viscotrain.config.models import DnsConfig, Study
-from viscotrain.flow.continuation import LOWEST_ORDER
+from viscotrain.flow.quasi_steady import LOWEST_ORDER
 from viscotrain.flow.time_stepping import Transient
 from viscotrain.studies.accuracy import RELATIVE
 from viscotrain.studies.dns import Report, solutions, triplet
@@ -52,7 +52,12 @@ def settings(study: Study, kind: str) -> Iterator[tuple[float, bool, Study]]:
         for change in ORDER_CHANGES:
             order = dns.velocity_order + change
             if order >= LOWEST_ORDER:
-                yield order, change == 0, changed(velocity_order=order)
+                highest = dns.max_velocity_order + change
+                yield (
+                    order,
+                    change == 0,
+                    changed(velocity_order=order, max_velocity_order=highest),
+                )
     elif kind == "box":
         for factor in BOX_FACTORS:
             margin = factor * dns.margin
@@ -65,7 +70,7 @@ def _refined(dns: DnsConfig, factor: float) -> dict:
     return with_sizes(dns, factor) | {
         "accuracy": dns.accuracy * accuracy,
         "relative_accuracy": dns.relative_accuracy * accuracy,
-        "max_elements": round(dns.max_elements / factor**2),
+        "max_unknowns": round(dns.max_unknowns / factor**2),
     }
 
 

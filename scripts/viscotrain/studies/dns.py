@@ -24,7 +24,7 @@ from viscotrain.config.models import (
     simulated_deborahs,
 )
 from viscotrain.errors import FluidError, SolutionError
-from viscotrain.flow import continuation, fields
+from viscotrain.flow import fields, quasi_steady
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.geometry import Geometry
 from viscotrain.flow.meshes import MeshOptions, Sizes, make_mesh
@@ -45,11 +45,7 @@ OWN_ATTRIBUTES = {
     },
     "residual": {"long_name": "rms residual before the last update", "units": "1"},
     "iterations": {"long_name": "iterations since the Deborah number before", "units": "1"},
-    "fallback": {
-        "long_name": "1 if solved on the mesh of the start, since the iteration was stuck on "
-        "refined ones",
-        "units": "1",
-    },
+    "velocity_order": {"long_name": "polynomial order of the velocity", "units": "1"},
     "elements": {"long_name": "elements of the mesh", "units": "1"},
     "unknowns": {"long_name": "unknowns of the discrete problem", "units": "1"},
     "length": {"long_name": "periodic length over channel diameter", "units": "1"},
@@ -76,7 +72,7 @@ def mesh_options(study: Study) -> MeshOptions:
 
 def mesh_of(study: Study, geometry: Geometry, sizes: Sizes | None = None) -> ngsolve.Mesh:
     """Mesh of one geometry, with the sizes of the config or with others."""
-    curves = max(study.dns.velocity_order, continuation.NEWTONIAN_ORDER)
+    curves = max(study.dns.velocity_order, quasi_steady.NEWTONIAN_ORDER)
     return make_mesh(geometry, mesh_options(study), curves, sizes)
 
 
@@ -86,22 +82,23 @@ def make_flow(study: Study, geometry: Geometry) -> Flow:
     return Flow(geometry, mesh, study.dimensionless_fluid, study.dns.velocity_order)
 
 
-def solver_options(study: Study) -> continuation.SolverOptions:
+def solver_options(study: Study) -> quasi_steady.SolverOptions:
     """The solver's part of the config."""
-    return continuation.SolverOptions(
+    return quasi_steady.SolverOptions(
         tolerance=study.dns.tolerance,
         max_iterations=study.dns.max_iterations,
         deborah_step=study.dns.deborah_step,
         accuracy=study.dns.accuracy,
         relative_accuracy=study.dns.relative_accuracy,
-        max_elements=study.dns.max_elements,
+        max_velocity_order=study.dns.max_velocity_order,
+        max_unknowns=study.dns.max_unknowns,
     )
 
 
 def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iterator:
     """(De of the config, `Solution`) of one geometry, ascending, up to a De of the config."""
     wanted = [De for De in study.deborah.values if De <= up_to]
-    found = continuation.solve(
+    found = quasi_steady.solve(
         make_flow(study, geometry),
         [study.deborah_longest_mode(De) for De in wanted],
         solver_options(study),
@@ -166,7 +163,7 @@ def field(study: Study, sp: float, sf: float, deborah: float, report: Report) ->
 
 
 def explanation(
-    study: Study, De: float, solution: continuation.Solution, last: float | None = None
+    study: Study, De: float, solution: quasi_steady.Solution, last: float | None = None
 ) -> str:
     """Why there is no solution and what might help, or why it is not accurate; else empty.
 
@@ -176,7 +173,7 @@ def explanation(
         solution: What was found there.
         last: The Deborah number solved before; None if there is none.
     """
-    elements = f"{solution.flow.mesh.ne} elements"
+    elements = _resolution(solution)
     if solution.solved and solution.accurate:
         return ""
     if solution.solved and solution.error is None:
@@ -190,25 +187,29 @@ def explanation(
     return f"not resolved at De = {De:g}{before}, on {elements}: {why}; {_remedy(why)}"
 
 
+def _resolution(solution: quasi_steady.Solution) -> str:
+    return f"{solution.flow.mesh.ne} elements of order {solution.flow.velocity_order}"
+
+
 def _remedy(reason: str) -> str:
     """What might help an iteration that ended for this reason."""
     if "no convergence" in reason:
         return "more iterations may help (dns.max_iterations)"
     if "factorisation" in reason:
-        return "fewer elements or more memory may help (dns.max_elements)"
-    return "a finer mesh (dns.max_elements) or a fluid with more solvent may help"
+        return "fewer unknowns or more memory may help (dns.max_unknowns)"
+    return "more unknowns (dns.max_unknowns) or a fluid with more solvent may help"
 
 
-def _line(De: float, solution: continuation.Solution, reason: str) -> str:
+def _line(De: float, solution: quasi_steady.Solution, reason: str) -> str:
     convergence = solution.convergence
     text = f"De {De:g}: {solution.iterations} iterations, residual {convergence.residual:.1e}"
     if solution.solved:
         velocities = ", ".join(f"{name} {U:.7f}" for name, U in solution.velocities.items())
         text += f", U/Ubar {velocities}, estimated error {solution.estimated_error:.1e}"
         if solution.fallback:
-            text += ", on the mesh of the start since refined ones were stuck"
+            text += ", by the fall-back since the iteration was stuck"
         if not solution.accurate:
-            text += f", NOT ACCURATE with {solution.flow.mesh.ne} elements"
+            text += f", NOT ACCURATE with {_resolution(solution)}"
     else:
         updates = " ".join(f"{update:.0e}" for update in convergence.updates)
         text += f", NOT SOLVED: {reason} (updates {updates})"
@@ -238,7 +239,8 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
             "iterations": ("deborah", none.copy()),
             "unknowns": ("deborah", none.copy()),
             "elements": ("deborah", none.copy()),
-            "fallback": ("deborah", none.copy()),
+            "fallback": ("deborah", none.astype(np.int8)),
+            "velocity_order": ("deborah", none.copy()),
             "length": ((), np.nan),
             "confinement": ((), study.confinement),
             "sp": ((), sp),
@@ -268,13 +270,13 @@ def undisturbed(study: Study, De: float) -> PipeFlow:
         return PipeFlow(math.nan, math.nan)
 
 
-def _status(solution: continuation.Solution) -> int:
+def _status(solution: quasi_steady.Solution) -> int:
     if not solution.solved:
         return NOT_CONVERGED
     return SOLVED if solution.accurate else INACCURATE
 
 
-def _insert(result: xr.Dataset, De: float, solution: continuation.Solution, reason: str):
+def _insert(result: xr.Dataset, De: float, solution: quasi_steady.Solution, reason: str):
     """Write one solution into the dataset, in place."""
     at = {"deborah": De}
     flow = solution.flow
@@ -293,4 +295,5 @@ def _insert(result: xr.Dataset, De: float, solution: continuation.Solution, reas
     result["unknowns"].loc[at] = flow.space.ndof
     result["elements"].loc[at] = flow.mesh.ne
     result["fallback"].loc[at] = int(solution.fallback)
+    result["velocity_order"].loc[at] = flow.velocity_order
     result["length"][()] = flow.geometry.length

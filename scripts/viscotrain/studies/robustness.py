@@ -7,7 +7,7 @@ has one point in each of its equal strata; those of modes or distances that a po
 are not used. Point n is the same whichever points are solved.
 
 Runs. The `default` run of a point has the settings of `config.DnsConfig`. Its `reference` has a
-higher order, another, finer mesh to start with, a tenth of the errors and up to twice the elements;
+higher order, another, finer mesh to start with, a tenth of the errors and up to twice the unknowns;
 the difference of both is taken as the error of the default. It does not contain that of the length
 of the box, which both share.
 
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from viscotrain.config.models import DnsConfig
-from viscotrain.flow import continuation as dns
+from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.process import use_one_core
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 from viscotrain.jobs import provenance
@@ -59,10 +59,9 @@ COORDINATES = (
 
 DEFAULT, REFERENCE = "default", "reference"
 REFERENCE_ACCURACY = 0.1  # over that of the default
-REFERENCE_ELEMENTS = 2  # the most, over those of the default
-REFERENCE_MODES = 2  # that may have so many; with more, memory sets a limit to the product
+REFERENCE_UNKNOWNS = 2  # the most, over those of the default
 REFERENCE_SIZE = 0.7  # of the elements of the first mesh
-HIGHEST_ORDER = 6  # that a config may ask for
+HIGHEST_ORDER = 6  # that a config may start with
 FLOOR = 1e-7  # Ubar: tolerance of the iteration, below which errors are not told apart
 FACTOR = 20.0  # within which an estimate should be of the error
 PAIRS = ("middle_minus_trailing", "leading_minus_middle")
@@ -168,9 +167,8 @@ class Case:
     dns: DnsConfig
 
 
-def finer(settings: DnsConfig, modes: int) -> DnsConfig:
-    """Settings of the reference of a fluid with so many modes."""
-    most = settings.max_elements * REFERENCE_ELEMENTS * REFERENCE_MODES
+def finer(settings: DnsConfig) -> DnsConfig:
+    """Settings of the reference."""
     return settings.model_copy(
         update={
             "velocity_order": min(settings.velocity_order + 1, HIGHEST_ORDER),
@@ -179,7 +177,8 @@ def finer(settings: DnsConfig, modes: int) -> DnsConfig:
             "wall_size": settings.wall_size * REFERENCE_SIZE,
             "accuracy": settings.accuracy * REFERENCE_ACCURACY,
             "relative_accuracy": settings.relative_accuracy * REFERENCE_ACCURACY,
-            "max_elements": round(most / max(modes, REFERENCE_MODES)),
+            "max_velocity_order": settings.max_velocity_order + 1,
+            "max_unknowns": settings.max_unknowns * REFERENCE_UNKNOWNS,
         }
     )
 
@@ -201,7 +200,7 @@ def solve(
     use_one_core()
     settings = settings or DnsConfig()
     if run == REFERENCE:
-        settings = finer(settings, len(point.fluid.modes))
+        settings = finer(settings)
     case = Case(point.fluid, point.confinement, settings)
     meshes: list[int] = []
     label = run_name(point.part, point.index, run)
@@ -221,7 +220,7 @@ def solve(
             options = simulation.solver_options(case)
             flow = simulation.make_flow(case, geometry)
             meshes.append(flow.mesh.ne)
-            (solution,) = dns.solve(flow, [point.deborah], options, remesh=remesh)
+            (solution,) = quasi_steady.solve(flow, [point.deborah], options, remesh=remesh)
             result = _result(solution)
         except Exception as error:  # a crash of one point is a result, the others go on
             result = {"converged": False, "reason": f"{type(error).__name__}: {error}"}
@@ -258,7 +257,7 @@ def _parameters(point: Point, run: str) -> dict:
     }
 
 
-def _result(solution: dns.Solution) -> dict:
+def _result(solution: quasi_steady.Solution) -> dict:
     result = {
         "converged": solution.solved,
         "reason": solution.convergence.reason,
@@ -286,17 +285,17 @@ def _result(solution: dns.Solution) -> dict:
 @contextlib.contextmanager
 def _watched() -> Iterator[list[tuple[float, int]]]:
     """(De, order) of all solutions meanwhile: a run that fails does not tell how far it came."""
-    reached, remember = [], dns._Continuation._remember
+    reached, remember = [], continuation.Continuation._remember
 
-    def noted(continuation, coordinate: float):
-        remember(continuation, coordinate)
-        reached.append((continuation.deborah, continuation.flow.velocity_order))
+    def noted(path, coordinate: float):
+        remember(path, coordinate)
+        reached.append((path.deborah, path.flow.velocity_order))
 
-    dns._Continuation._remember = noted
+    continuation.Continuation._remember = noted
     try:
         yield reached
     finally:
-        dns._Continuation._remember = remember
+        continuation.Continuation._remember = remember
 
 
 def true_error(row, reference) -> float:

@@ -160,6 +160,7 @@ def _empty(sp, sf, deborah, attributes) -> xr.Dataset:
             "relative_velocity_error": ((*grid, "pair"), np.full((*shape, len(PAIRS)), np.nan)),
             "status": (grid, np.full(shape, NOT_ATTEMPTED, dtype=np.int8)),
             "origin": (grid, np.full(shape, ITSELF)),
+            "fallback": (grid, np.zeros(shape, dtype=np.int8)),
             "centreline_velocity": ("deborah", np.full(len(deborah), np.nan)),
         },
         coords={
@@ -196,6 +197,7 @@ def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
         table["pressure_gradient"][k, i, j] = point["pressure_gradient"]
         table["status"][k, i, j] = point["status"]
         table["origin"][k, i, j] = point.get("origin", ITSELF)
+        table["fallback"][k, i, j] = point.get("fallback", 0)
         if np.isnan(table["centreline_velocity"][k]):
             table["centreline_velocity"][k] = point["centreline_velocity"]
         for name in ERRORS:

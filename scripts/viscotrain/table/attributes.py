@@ -64,6 +64,11 @@ ATTRIBUTES = {
         "flag_values": np.int8([ITSELF, SAME_PAIR, MIRROR]),
         "flag_meanings": "itself same_pair_with_other_names mirror_image_at_deborah_0",
     },
+    "fallback": {
+        "long_name": "1 where the iteration was stuck, and the mesh of the start was taken in "
+        "short steps of the Deborah number",
+        "units": "1",
+    },
     "present_sp": {
         "long_name": "distance of middle to trailing sphere after the start-up, over diameter",
         "units": "1",

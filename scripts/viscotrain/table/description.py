@@ -9,7 +9,7 @@ from viscotrain.table.attributes import ERRORS
 from viscotrain.table.check import layers
 from viscotrain.table.interpolation import TripletVelocities, name_geometries
 from viscotrain.table.pairs import pair_velocity
-from viscotrain.table.points import holes, inaccurate_points, point_error
+from viscotrain.table.points import fallback_points, holes, inaccurate_points, point_error
 from viscotrain.words import (
     MIDDLE,
     NEGLIGIBLE,
@@ -95,7 +95,7 @@ def _error_lines(table) -> Iterator[str]:
     count = inaccurate_points(table)
     yield (
         f"Estimated error of the simulations, in relative velocities, in mean velocities; "
-        f"points not accurate: {count}"
+        f"points not accurate: {count}, by the fall-back: {fallback_points(table)}"
     )
     for k, De in enumerate(table["deborah"].values):
         layer = table.isel(deborah=[k])

@@ -31,6 +31,11 @@ def point_error(table: xr.Dataset) -> xr.DataArray:
     return relative.where(np.isfinite(relative), table["velocity_error"])
 
 
+def fallback_points(table: xr.Dataset) -> int:
+    """Points that were solved on the mesh of the start only, since the iteration was stuck."""
+    return int((table["fallback"] == 1).sum()) if "fallback" in table else 0
+
+
 def inaccurate_points(table: xr.Dataset) -> int:
     """Points whose estimated error is above what the study allows, or that have no estimate."""
     return int((table["status"] == INACCURATE).sum())

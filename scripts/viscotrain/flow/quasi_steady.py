@@ -1,0 +1,341 @@
+"""Direct numerical simulation: quasi-steady velocities of force-free spheres in one geometry.
+
+Quasi-steady. The mesh moves with the spheres, with velocity w between them, and the time derivative
+at a fixed point of the mesh is dropped: the stress has settled at the present distances.
+
+De = 0. The flow is Newtonian and linear; solved in high order, it is exact to 1e-7 at little cost.
+
+Ladder. The way to any De leads over the rungs 1, 3, 10, 30, ... below it, on the mesh of the start
+and in the order below the lowest that results are taken from. From its rung a De is reached by a
+branch of its own, so that what is found there does not depend on which others are asked for.
+
+Climb. From there the order is raised, and the error estimated in each (`refinement`). Where no
+order within the limits promises to be accurate, or only with more unknowns than a finer mesh needs,
+there is such a mesh for this De, and the climb goes on there.
+
+Stuck. Where a higher order cannot be solved, the mesh is refined by the error of the order below.
+Where nothing was found, the De is solved on the mesh of the start in short steps of De, and is
+accurate only if its estimate says so. Such points are marked; they may depend on which De were
+asked for before.
+"""
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import ngsolve
+
+from viscotrain.flow import newton, refinement
+from viscotrain.flow.continuation import GUESS_TOLERANCE, Continuation, Steps
+from viscotrain.flow.discretisation import Flow
+from viscotrain.flow.meshes import Sizes
+from viscotrain.fluid.parameters import NEWTONIAN
+
+NEWTONIAN_ORDER = 6  # of the velocity, at least
+LOWEST_ORDER = 3  # of the velocity, of results; scouts go one below
+SCOUT_TOLERANCE = 1e-5  # of the solutions that errors are estimated from
+RUNGS = (1.0, 3.0)  # of the ladder in one decade
+REFINEMENTS = 4  # of one De
+LEAST_GAIN = 1.5  # of a refinement, for another one to be tried
+RESCUE_REDUCTION = 4.0  # of the error, by the mesh of an order that is stuck
+SHORT_STEP = 1.5  # ratio of De where nothing else helped
+
+Remesh = Callable[[Sizes], ngsolve.Mesh]
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Accuracy and convergence; meaning and defaults stand in `config.DnsConfig`."""
+
+    tolerance: float
+    max_iterations: int
+    deborah_step: float
+    accuracy: float = math.inf
+    relative_accuracy: float = 0.0
+    max_velocity_order: int = 0
+    max_unknowns: float = 0
+
+    @property
+    def steps(self) -> Steps:
+        """Of continuations."""
+        return Steps(self.max_iterations, self.deborah_step)
+
+    @property
+    def limits(self) -> refinement.Limits:
+        """Of refinement."""
+        return refinement.Limits(self.max_velocity_order, self.max_unknowns)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Result at one Deborah number.
+
+    Attributes:
+        flow: Holds the solution in its `state` until the next one is asked for.
+        deborah: lambda_1 Ubar/D.
+        velocities: U in Ubar by name of the sphere; empty if not solved.
+        pressure_gradient: -dp/dz, mean over the box, in eta_0 Ubar/D^2; NaN if not solved.
+        convergence: Of the last iteration.
+        iterations: Of all steps since the Deborah number before.
+        seconds: CPU time of these.
+        error: Estimated errors; None if there is no estimate.
+        accurate: Whether the estimate is within the accuracy asked for.
+        fallback: Whether it is of the start mesh, since the iteration was stuck on refined ones.
+    """
+
+    flow: Flow
+    deborah: float
+    velocities: dict[str, float]
+    pressure_gradient: float
+    convergence: newton.Convergence
+    iterations: int
+    seconds: float
+    error: refinement.Estimate | None
+    accurate: bool
+    fallback: bool = False
+
+    @property
+    def solved(self) -> bool:
+        """Whether the solution converged."""
+        return self.convergence.converged
+
+    @property
+    def estimated_error(self) -> float:
+        """Of the velocities that count, in Ubar; NaN without an estimate."""
+        return math.nan if self.error is None else self.error.decisive
+
+
+def solve(
+    flow: Flow, deborahs: Sequence[float], options: SolverOptions, remesh: Remesh | None = None
+) -> Iterator[Solution]:
+    """Solve the flow at ascending Deborah numbers.
+
+    Ends after the first Deborah number that does not converge, which is yielded with the reason.
+
+    Args:
+        flow: Geometry, fluid and the mesh to start with; in the lowest order of results.
+        deborahs: lambda_1 Ubar/D, ascending.
+        options: When an iteration has converged, how far a step goes, how accurate the result is.
+        remesh: Makes a mesh of the geometry with other sizes; None keeps the mesh.
+    """
+    ladder = _Ladder(flow, options, remesh)
+    start_mesh: Continuation | None = None
+    for De in deborahs:
+        started = time.process_time()
+        found = ladder.at(De) if De > 0 else _newtonian(flow, options)
+        if not found.convergence.converged and De > 0 and remesh is not None:
+            start_mesh = start_mesh or _scouted(flow.on(flow.mesh), options)
+            found = _better(found, _plainly(start_mesh, De, options))
+        solved = found.convergence.converged
+        yield Solution(
+            flow=found.flow,
+            deborah=De,
+            velocities=found.flow.sphere_velocities() if solved else {},
+            pressure_gradient=found.flow.pressure_gradient() if solved else math.nan,
+            convergence=found.convergence,
+            iterations=found.iterations,
+            seconds=time.process_time() - started,
+            error=found.error,
+            accurate=found.accurate,
+            fallback=found.fallback,
+        )
+        if not solved:
+            return
+
+
+@dataclass
+class _Found:
+    """What became of one De; as in `Solution`."""
+
+    flow: Flow
+    convergence: newton.Convergence
+    iterations: int
+    error: refinement.Estimate | None = None
+    accurate: bool = False
+    fallback: bool = False
+
+    def judge(self, error: refinement.Estimate | None, options: SolverOptions):
+        """Take the estimate, and say whether it is within what is allowed."""
+        self.error = error
+        self.accurate = error is not None and error.decisive <= _allowed(self.flow, options)
+
+
+def _plainly(path: Continuation, De: float, options: SolverOptions) -> _Found:
+    """Go on to De in short steps in the lowest order of results, on the mesh as it is."""
+    iterations = 0
+    while True:
+        step = min(De, SHORT_STEP * max(path.deborah, 1.0))
+        convergence, more = path.advance(step)
+        iterations += more
+        if step == De or not convergence.converged:
+            break
+    found = _Found(path.flow, convergence, iterations, fallback=True)
+    if convergence.converged:
+        found.judge(path.estimate(), options)
+        found.convergence = path.finish(options.tolerance)
+    return found
+
+
+def _better(first: _Found, second: _Found) -> _Found:
+    """The second result if it converged, or else the first; with the iterations of both."""
+    iterations = first.iterations + second.iterations
+    return replace(second if second.convergence.converged else first, iterations=iterations)
+
+
+def _newtonian(flow: Flow, options: SolverOptions) -> _Found:
+    """De = 0, with an order well below, which costs little, to bound the error."""
+    order = max(flow.velocity_order, NEWTONIAN_ORDER)
+    below, solver = (flow.variant(NEWTONIAN, k) for k in (order - 2, order))
+    for each in (below, solver):
+        iteration = newton.ModifiedNewton(each.newtonian, each.free_newtonian)
+        convergence = iteration.solve(
+            each.state, tolerance=options.tolerance, max_iterations=options.max_iterations
+        )
+    found = _Found(solver, convergence, convergence.iterations)
+    if convergence.converged:
+        found.judge(refinement.compared(solver, below), options)
+    return found
+
+
+def _allowed(flow: Flow, options: SolverOptions) -> float:
+    """Error that is allowed in the velocities that count."""
+    largest = max(map(abs, flow.relative_velocities()), default=0.0)
+    return max(options.accuracy, options.relative_accuracy * largest)
+
+
+def _scouted(flow: Flow, options: SolverOptions, tolerance: float = SCOUT_TOLERANCE):
+    """A continuation whose scouts go down to the lowest order."""
+    scout = None
+    if flow.velocity_order >= LOWEST_ORDER:
+        below = flow.variant(flow.fluid, flow.velocity_order - 1)
+        loose = below.velocity_order < LOWEST_ORDER
+        scout = _scouted(below, options, GUESS_TOLERANCE if loose else SCOUT_TOLERANCE)
+    return Continuation(flow, tolerance, options.steps, scout)
+
+
+class _Ladder:
+    """The rungs passed so far, and the climbs that start from them."""
+
+    def __init__(self, flow: Flow, options: SolverOptions, remesh: Remesh | None):
+        self._top, self._options, self._remesh = flow, options, remesh
+        self._rungs = (10**n * rung for n in itertools.count() for rung in RUNGS)
+        self._next = next(self._rungs)
+        self._path = _scouted(flow.variant(flow.fluid, flow.velocity_order - 1), options)
+        self._higher: dict[int, Continuation] = {}  # by order, on the mesh of the ladder
+
+    def at(self, De: float) -> _Found:
+        """Solve in the lowest order of results or a higher one."""
+        start, convergence, iterations = self._approach(De)
+        if not convergence.converged:
+            return _Found(start.flow, convergence, iterations)
+        path, found, plan = self._climb(start, De, self._higher)
+        iterations += found.iterations
+        for _ in range(REFINEMENTS):
+            if found.accurate or plan is None or self._remesh is None:
+                break
+            finer = self._on_another_mesh(plan, [start, path])
+            convergence, more = finer.advance(De)
+            iterations += more
+            if not convergence.converged:
+                break
+            finer, better, plan = self._climb(finer, De, {})
+            iterations += better.iterations
+            gain = _gain(found, better)
+            if gain > 1:
+                path, found = finer, better
+            if gain < LEAST_GAIN:
+                break
+        if found.convergence.converged:
+            found.convergence = path.finish(self._options.tolerance)
+            iterations += found.convergence.iterations
+        return replace(found, iterations=iterations)
+
+    def _approach(self, De: float) -> tuple[Continuation, newton.Convergence, int]:
+        """A branch of the ladder at De, or where it is stuck."""
+        iterations = 0
+        while self._next <= De:
+            convergence, more = self._path.advance(self._next)
+            iterations += more
+            if not convergence.converged:
+                reason = f"on the way, at De = {self._next:g}: {convergence.reason}"
+                return self._path, replace(convergence, reason=reason), iterations
+            self._next = next(self._rungs)
+        branch = self._path.twin()
+        convergence, more = branch.advance(De)
+        return branch, convergence, iterations + more
+
+    def _climb(
+        self, below: Continuation, De: float, higher: dict[int, Continuation]
+    ) -> tuple[Continuation, _Found, refinement.Plan | None]:
+        """Raise the order until the error is small or another mesh promises more.
+
+        Args:
+            below: Is at De.
+            De: lambda_1 Ubar/D.
+            higher: Continuations on the same mesh by order, known from smaller De.
+        """
+        iterations, found = 0, None
+        while True:
+            path = self._above(below, higher)
+            convergence, more = path.advance(De)
+            iterations += more
+            if not convergence.converged:
+                error = found.error if found else below.estimate()
+                found = found or _Found(path.flow, convergence, 0)
+                found.iterations = iterations
+                return below, found, self._rescue(below, error)
+            below.forget_factors()
+            found = _Found(path.flow, convergence, iterations)
+            found.judge(path.estimate(), self._options)
+            if found.accurate or found.error is None:
+                return path, found, None
+            allowed = _allowed(path.flow, self._options)
+            plan = refinement.plan(path.flow, found.error, allowed, self._options.limits)
+            if plan is None or plan.sizes is not None:
+                return path, found, plan
+            below = path
+
+    def _above(self, below: Continuation, higher: dict[int, Continuation]) -> Continuation:
+        """The continuation one order above."""
+        order = below.flow.velocity_order + 1
+        path = higher.get(order)
+        if path is None or path.flow.mesh is not below.flow.mesh:
+            own = order == self._top.velocity_order and below.flow.mesh is self._top.mesh
+            flow = self._top if own else below.flow.variant(below.flow.fluid, order)
+            path = higher[order] = Continuation(flow, SCOUT_TOLERANCE, self._options.steps)
+        path.scout = below
+        return path
+
+    def _rescue(
+        self, path: Continuation, error: refinement.Estimate | None
+    ) -> refinement.Plan | None:
+        """A finer mesh where the order above a path is stuck, by the error of the path."""
+        if error is None:
+            return None
+        order = max(path.flow.velocity_order, self._top.velocity_order)
+        allowed = error.decisive / RESCUE_REDUCTION
+        most = self._options.limits.unknowns / refinement.unknowns_per_element(
+            order, len(path.flow.fluid.modes)
+        )
+        sizes, _, left = refinement.refined(path.flow.mesh, error, error.order, allowed, most)
+        enough = left <= error.decisive / refinement.LEAST_REDUCTION
+        return refinement.Plan(order, sizes) if enough else None
+
+    def _on_another_mesh(self, plan: refinement.Plan, known: list[Continuation]) -> Continuation:
+        """In the order below that of the plan, with what is known as guesses."""
+        flow = self._top.on(self._remesh(plan.sizes))
+        below = flow.variant(flow.fluid, plan.order - 1)
+        finer = Continuation(below, SCOUT_TOLERANCE, self._options.steps)
+        finer.start_from(known)
+        return finer
+
+
+def _gain(old: _Found, new: _Found) -> float:
+    """Error of the old over that of the new one; infinite where only the new one is known."""
+    if not new.convergence.converged:
+        return 0.0
+    if not old.convergence.converged or old.error is None:
+        return math.inf
+    return 0.0 if new.error is None else old.error.decisive / new.error.decisive
