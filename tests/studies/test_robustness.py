@@ -14,7 +14,7 @@ from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 from viscotrain.studies import robustness
 from viscotrain.studies.robustness import CORNER, DEFAULT, FLOOR, MAIN, REFERENCE
 
-KEPT = Path(__file__).parent / "verification" / "robustness" / "sample.csv"
+KEPT = Path(__file__).parents[1] / "verification" / "robustness" / "sample.csv"
 # The point of the end-to-end test: no physics, only that everything fits together.
 COARSE = DnsConfig(
     velocity_order=3,

@@ -13,7 +13,7 @@ from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.shear import shear_viscosity
 
-REFERENCE = Path(__file__).parent / "reference"
+REFERENCE = Path(__file__).parents[1] / "reference"
 
 
 def test_newtonian_flow_is_poiseuille(hyaluronic_acid):

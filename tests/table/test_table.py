@@ -23,7 +23,7 @@ from viscotrain.table.present import after_start_up
 from viscotrain.table.triplets import simulations
 from viscotrain.words import INACCURATE
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 INF = np.inf
 SP, SF, DEBORAH = [1.1, 2.0, INF], [1.2, 3.0, 5.0, INF], (0.0, 1.0)
 

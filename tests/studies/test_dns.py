@@ -13,7 +13,7 @@ from viscotrain.jobs import datasets, provenance
 from viscotrain.studies import dns
 from viscotrain.words import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED, has_solution
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 TINY = load_study(ROOT / "config" / "tiny.yaml")
 
 

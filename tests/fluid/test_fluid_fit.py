@@ -29,7 +29,7 @@ from viscotrain.fluid.fluid_fit import fit
 from viscotrain.fluid.parameters import Fluid, Mode
 from viscotrain.jobs import datasets, drawings
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 HYALURONIC_ACID = Fluid(0.051, (Mode(0.257, 0.0752, 0.283), Mode(0.254, 0.00848, 0.49)))
 ONE_MODE = Fluid(0.02, (Mode(0.9, 0.03, 0.2),))
 OLDROYD_B = Fluid(0.1, (Mode(0.4, 0.05, 0.0),))

@@ -22,7 +22,7 @@ from viscotrain.trains.motion import chain_motion
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.words import INACCURATE, LEADING, MIDDLE
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
 HOLES = {(1.0, 1.5, 2.5), (1.0, INF, 4.5)}
 

@@ -18,7 +18,7 @@ from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.words import MIDDLE
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 

@@ -10,7 +10,7 @@ from viscotrain.jobs import progress, provenance
 from viscotrain.words import INACCURATE
 
 INF = float("inf")
-TINY = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")
+TINY = load_study(Path(__file__).parents[2] / "config" / "tiny.yaml")
 TABLE = TINY.table.model_copy(update={"sp": (1.1, 1.5, INF), "sf": (1.1, 1.5, INF), "max_holes": 2})
 STUDY = TINY.model_copy(update={"table": TABLE})
 

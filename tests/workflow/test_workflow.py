@@ -20,7 +20,7 @@ from viscotrain.config.models import load_study
 from viscotrain.jobs import provenance
 from viscotrain.words import NOT_ATTEMPTED, NOT_CONVERGED
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PARTS = ("workflow", "scripts", "config", "profiles", "envs")
 DNS_JOB = re.compile(r"Simulating the triplet sp = (\S+), sf = (\S+)")
 JOB_COUNT = re.compile(r"^(\w+)\s+(\d+)$", re.MULTILINE)

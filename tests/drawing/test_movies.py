@@ -25,7 +25,7 @@ from viscotrain.table.assembly import combine
 from viscotrain.trains import films, statistics
 from viscotrain.trains.repeats import run_repeats
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 BETA, LENGTH, VIEW, FRAMES, INTERVAL = 0.2, 40.0, 5.0, 40, 0.05
 WIDTH, RATE = 640, 25.0
 STATIONS = [0.0, 20.0, 40.0]

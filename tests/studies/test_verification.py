@@ -15,7 +15,7 @@ from viscotrain.studies import accuracy
 from viscotrain.studies.accuracy import KINDS, RELATIVE, observed_orders, with_errors
 from viscotrain.studies.convergence import settings
 
-CONFIG = Path(__file__).parents[1] / "config"
+CONFIG = Path(__file__).parents[2] / "config"
 DEMO = load_study(CONFIG / "config.yaml")
 
 

@@ -34,7 +34,7 @@ from viscotrain.jobs import provenance
 from viscotrain.studies.dns import make_flow, triplet
 from viscotrain.words import INACCURATE
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 
 
 def measured_row(deborah: float, seconds: float, order=4, sp=1.5, sf=1.5, solved=True):

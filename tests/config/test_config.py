@@ -27,7 +27,7 @@ from viscotrain.config.models import (
 )
 from viscotrain.errors import ConfigError, ViscotrainError
 
-CONFIG_FOLDER = Path(__file__).parent.parent / "config"
+CONFIG_FOLDER = Path(__file__).parents[2] / "config"
 SHIPPED = ["config.yaml", "paper.yaml", "tiny.yaml"]
 INF = math.inf
 

@@ -13,7 +13,7 @@ from viscotrain.flow.discretisation import copy
 from viscotrain.flow.meshes import Sizes
 from viscotrain.studies.dns import make_flow, mesh_of, triplet
 
-DEMO = load_study(Path(__file__).parents[1] / "config" / "config.yaml")
+DEMO = load_study(Path(__file__).parents[2] / "config" / "config.yaml")
 COARSE = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
 STUDY = DEMO.model_copy(update={"dns": DEMO.dns.model_copy(update=COARSE)})
 DEBORAH = 1.0

@@ -11,7 +11,7 @@ from viscotrain.studies.dns import triplet
 from viscotrain.studies.transient import follow_from_rest, start_up_time, time_options
 from viscotrain.words import NOT_CONVERGED, SOLVED
 
-TINY = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")
+TINY = load_study(Path(__file__).parents[2] / "config" / "tiny.yaml")
 
 
 def changed(**settings):

@@ -72,7 +72,7 @@ def test_without_time_after_the_start_up_there_is_nothing_to_compare():
 
 def test_three_spheres_are_a_triplet():
     """The only train for which the closure is exact; both sides come by different ways."""
-    study = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")
+    study = load_study(Path(__file__).parents[2] / "config" / "tiny.yaml")
     own = study.verification.closure.model_copy(update={"distances": (2.0, 2.0)})
     study = study.model_copy(
         update={"verification": study.verification.model_copy(update={"closure": own})}

@@ -32,7 +32,7 @@ from viscotrain.trains.motion import Channel, arrival, chain_motion
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.trains.statistics import confidence, statistics
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 BETA = 0.2
 CHANNEL = {  # short and quick: some 30 spheres at once
     "confinement": BETA,

@@ -21,7 +21,7 @@ from viscotrain.table.assembly import combine as combine_table
 from viscotrain.trains import design_map, statistics
 from viscotrain.trains.repeats import run_repeats
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 STATIONS = np.array([0.0, 100.0, 200.0])
 D, d, ETA_0, LAMBDA_1 = 100e-6, 20e-6, 0.562, 0.0752  # m, m, Pa s, s
 

@@ -10,7 +10,7 @@ from viscotrain.config.models import load_study
 from viscotrain.drawing import schematic
 from viscotrain.flow.geometry import Geometry
 
-CONFIG = Path(__file__).parents[1] / "config"
+CONFIG = Path(__file__).parents[2] / "config"
 
 
 @pytest.fixture(scope="module", params=["config", "paper", "tiny"])

@@ -20,7 +20,7 @@ from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Mode
 from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.studies.dns import make_flow, solutions, solver_options, triplet
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "tests" / "reference"
 DEMO = load_study(ROOT / "config" / "config.yaml")
 
