@@ -1,12 +1,19 @@
-"""Fixtures for all stages; one thread each, like the jobs of the workflow."""
+"""Fixtures for all rooms; one thread each, like the jobs of the workflow."""
 
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is imported
 
+import shutil
+from pathlib import Path
+
 import pytest
+from harness import SMALL, Project, study
+from synthetic import dns_result
 
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
+from viscotrain.jobs import datasets
+from viscotrain.table.assembly import combine
 
 
 @pytest.fixture
@@ -15,3 +22,36 @@ def hyaluronic_acid() -> DimensionlessFluid:
     return DimensionlessFluid.from_physical(
         0.051, [Mode(0.257, 0.0752, 0.283), Mode(0.254, 0.00848, 0.49)]
     )
+
+
+@pytest.fixture(scope="session")
+def tiny_table(tmp_path_factory) -> Path:
+    """The table of the tiny study as a file, with known functions in place of simulations."""
+    axis = study("tiny").table.sp
+    results = [dns_result(sp, sf) for sp in axis for sf in axis]
+    path = tmp_path_factory.mktemp("table") / "velocity_table.nc"
+    datasets.write(combine(results, sp=axis, sf=axis, deborah=[0, 1], max_holes=0), path)
+    return path
+
+
+@pytest.fixture
+def project(tmp_path) -> Project:
+    return Project.copy(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def finished_study(tmp_path_factory) -> Path:
+    """Folder in which the small study has run to its end, with empty figures to save time."""
+    project = Project.copy(tmp_path_factory.mktemp("finished"))
+    stub = "from pathlib import Path\nfor path in snakemake.output:\n    Path(path).touch()\n"
+    (project.folder / "scripts" / "figures.py").write_text(stub, encoding="utf-8")
+    done = project.snakemake("--cores", "2", "--configfile", project.configured(SMALL))
+    assert done.returncode == 0, done.stdout + done.stderr
+    (project.folder / "terminal.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
+    return project.folder
+
+
+@pytest.fixture
+def finished(finished_study, tmp_path) -> Project:
+    """A copy of the finished study, to be changed; times of files and records come along."""
+    return Project(Path(shutil.copytree(finished_study, tmp_path / "copy")))

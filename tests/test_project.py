@@ -1,11 +1,9 @@
 """Project files that repeat each other stay in step."""
 
 import tomllib
-from pathlib import Path
 
 import yaml
-
-ROOT = Path(__file__).parent.parent
+from harness import ROOT
 
 
 def test_conda_environment_has_the_dependencies_of_the_package():

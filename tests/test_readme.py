@@ -1,14 +1,13 @@
 """The accuracy statement of the README: that of the verification, from the kept numbers."""
 
-from pathlib import Path
-
 import pandas as pd
 import pytest
+from harness import ROOT
 from readme_accuracy import KEPT, with_statement
 
 from viscotrain.studies.accuracy import KINDS, observed_orders, with_errors
 
-README = Path(__file__).parents[1] / "README.md"
+README = ROOT / "README.md"
 
 
 def test_readme_holds_the_kept_statement():

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.meshes import Sizes
 
-SAFETY = 2.4  # measured: tests/test_refinement.py
+SAFETY = 2.4  # measured: tests/flow/test_refinement.py
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
 RATES = 0.5, 3.0
 SMOOTH = 1 / 16  # product of the decays of a smooth solution

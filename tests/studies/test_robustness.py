@@ -3,18 +3,18 @@
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from harness import VERIFICATION
 
 from viscotrain.config.models import DnsConfig
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 from viscotrain.studies import robustness
 from viscotrain.studies.robustness import CORNER, DEFAULT, FLOOR, MAIN, REFERENCE
 
-KEPT = Path(__file__).parent / "verification" / "robustness" / "sample.csv"
+KEPT = VERIFICATION / "robustness" / "sample.csv"
 # The point of the end-to-end test: no physics, only that everything fits together.
 COARSE = DnsConfig(
     velocity_order=3,

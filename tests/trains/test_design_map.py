@@ -1,27 +1,20 @@
 """Design map: measures of hand-made trains, physical units by hand, and what the figures show."""
 
 import math
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-import yaml
+from harness import CONFIG, output, run_script, study
 from matplotlib.patches import Rectangle
-from synthetic import dns_result, triplet
+from synthetic import triplet
 
-from viscotrain.config.models import load_study
 from viscotrain.drawing import design_figures, figures
 from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Mode
-from viscotrain.jobs import datasets
-from viscotrain.table.assembly import combine as combine_table
 from viscotrain.trains import design_map, statistics
 from viscotrain.trains.repeats import run_repeats
 
-ROOT = Path(__file__).parents[1]
 STATIONS = np.array([0.0, 100.0, 200.0])
 D, d, ETA_0, LAMBDA_1 = 100e-6, 20e-6, 0.562, 0.0752  # m, m, Pa s, s
 
@@ -228,36 +221,20 @@ def test_simulated_trains_follow_the_law_of_the_tube():
 # ----------------------------------------------------------------------------------- command line
 
 
-def test_scripts_from_the_command_line(tmp_path):
-    study = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
-    (tmp_path / "study.yaml").write_text(yaml.safe_dump(study), encoding="utf-8")
-    inf = float("inf")
-    results = [dns_result(sp, sf) for sp in (1.5, inf) for sf in (1.5, inf)]
-    table = combine_table(results, sp=[1.5, inf], sf=[1.5, inf], deborah=[0, 1], max_holes=0)
-    datasets.write(table, tmp_path / "table.nc")
-
+def test_scripts_from_the_command_line(tiny_table, tmp_path):
     def run(script, *arguments):
-        command = [sys.executable, ROOT / "scripts" / script, "--configfile", "study.yaml"]
-        done = subprocess.run(
-            [*map(str, command), *arguments],
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            env={"PYTHONPATH": str(ROOT / "scripts"), "OPENBLAS_NUM_THREADS": "1"},
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+        config = "--configfile", CONFIG / "tiny.yaml"
+        return output(run_script(script, *config, *arguments, folder=tmp_path))
 
     for phi in ("0.01", "0.015"):
         condition = ["--deborah", "1", "--volume-fraction", phi]
-        run("trains.py", "--design-map", *condition, "table.nc", f"phi{phi}.nc")
+        run("trains.py", "--design-map", *condition, tiny_table, f"phi{phi}.nc")
     words = run("design_map.py", "map.nc", "phi0.015.nc", "phi0.01.nc", "--figures", "figures")
     assert (tmp_path / "figures" / "spacing_law.png").exists()
     assert (tmp_path / "figures" / "design_map.csv").exists()
     assert "of 2 conditions" in words
     result = xr.load_dataset(tmp_path / "map.nc")
-    scales = load_study(tmp_path / "study.yaml").scales(1.0)
+    scales = study().scales(1.0)
     assert float(result["flow_rate"][0]) == scales.flow_rate
     assert result["volume_fraction"].values.tolist() == [0.01, 0.015]
     assert result["station"].values.tolist() == [0, 5, 10, 15, 20]

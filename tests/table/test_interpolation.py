@@ -1,11 +1,8 @@
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from harness import REFERENCE, output, run_python
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline, make_interp_spline
@@ -17,7 +14,6 @@ from viscotrain.table.interpolation import TripletVelocities, VelocityTable, coo
 from viscotrain.table.lubrication import lubricate
 from viscotrain.words import LEADING, MIDDLE, TRAILING
 
-REFERENCE = Path(__file__).parent / "reference"
 ROUNDING = 1e-14  # of velocities near 1: some tens of operations in double precision
 INF = np.inf
 S_MIN = 1.1
@@ -278,8 +274,4 @@ def test_loading_and_interpolating_need_no_ngsolve(table, tmp_path):
         f"U = VelocityTable.open({str(path)!r}).at(0)(1.5, 3.0); "
         "print(sorted(m for m in sys.modules if m.startswith(('ngsolve', 'netgen', 'pyngcore'))))"
     )
-    scripts = Path(__file__).parents[1] / "scripts"
-    answer = subprocess.run(
-        [sys.executable, "-c", code], cwd=scripts, capture_output=True, text=True, check=True
-    )
-    assert answer.stdout.strip() == "[]"
+    assert output(run_python("-c", code)).strip() == "[]"

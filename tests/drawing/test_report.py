@@ -5,11 +5,11 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from harness import output
 from synthetic import DEMO_NODES, dns_result, triplet
 
 from viscotrain.drawing import interactive
@@ -18,7 +18,6 @@ from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.words import MIDDLE
 
-ROOT = Path(__file__).parents[1]
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 
@@ -120,18 +119,12 @@ def test_page_runs_in_a_browser(train, tmp_path):
 
 @needs_chromium
 @pytest.mark.slow
-def test_report_runs_in_a_browser(tmp_path):
+def test_report_runs_in_a_browser(project, tmp_path):
     """Of the figures that need no simulation: captions, labels and pictures, without a network."""
-    command = [sys.executable, "-m", "snakemake", "--directory", str(tmp_path)]
-    command += ["--snakefile", str(ROOT / "Snakefile"), "--cores", "1"]
-    command += ["--configfile", str(ROOT / "config" / "tiny.yaml")]
-    command += ["--workflow-profile", "none"]
+    options = ["--cores", "1", "--configfile", "config/tiny.yaml", "--workflow-profile", "none"]
     pictures = [f"results/tiny/figures/{name}.png" for name in ("schematic", "rheology")]
     for more in ([], ["--report", "report.html"]):
-        done = subprocess.run(
-            [*command, *more, "--", *pictures], capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
+        output(project.snakemake(*options, *more, "--", *pictures))
     shown, console = opened(tmp_path / "report.html")
     assert [line for line in console if "tailwindcss" not in line] == []
     assert "Snakemake" in shown

@@ -6,9 +6,8 @@ The channel is short and the synthetic law strong, so that spheres meet within i
 import itertools
 import re
 import subprocess
-import sys
-from pathlib import Path
 
+import harness
 import imageio_ffmpeg
 import numpy as np
 import pytest
@@ -17,15 +16,12 @@ import yaml
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle
 from PIL import Image
-from synthetic import PAPER_NODES, dns_result, superposed, triplet
+from synthetic import PAPER_NODES, superposed, triplet
 
 from viscotrain.drawing import canvas, encoding, figures, movies, scale_bar, style
-from viscotrain.jobs import datasets
-from viscotrain.table.assembly import combine
 from viscotrain.trains import films, statistics
 from viscotrain.trains.repeats import run_repeats
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
 BETA, LENGTH, VIEW, FRAMES, INTERVAL = 0.2, 40.0, 5.0, 40, 0.05
 WIDTH, RATE = 640, 25.0
 STATIONS = [0.0, 20.0, 40.0]
@@ -302,31 +298,21 @@ def test_without_ffmpeg_there_are_gifs(data, tmp_path, monkeypatch):
     assert assert_spheres_at(frame, view, data["position"].values[1, 7]) > 1
 
 
-def test_scripts_from_the_command_line_and_their_word_about_a_missing_ffmpeg(tmp_path):
-    study = yaml.safe_load((SCRIPTS.parent / "config" / "tiny.yaml").read_text(encoding="utf-8"))
-    study["movies"] = {"frames": 4, "width": 480}
+def test_scripts_from_the_command_line_and_their_word_about_a_missing_ffmpeg(tiny_table, tmp_path):
+    study = harness.written(movies={"frames": 4, "width": 480})
     config = tmp_path / "study.yaml"
     config.write_text(yaml.safe_dump(study), encoding="utf-8")
-    inf = float("inf")
-    results = [dns_result(sp, sf) for sp in (1.5, inf) for sf in (1.5, inf)]
-    table = combine(results, sp=[1.5, inf], sf=[1.5, inf], deborah=[0, 1], max_holes=0)
-    datasets.write(table, tmp_path / "table.nc")
 
     def run(script, *arguments, code="pass"):
         start = f"import runpy, sys; {code}; sys.argv = sys.argv[1:]; "
         start += "runpy.run_path(sys.argv[0], run_name='__main__')"
-        command = [sys.executable, "-c", start, str(SCRIPTS / script), "--configfile", str(config)]
-        path = {"PYTHONPATH": str(SCRIPTS), "PATH": "", "OPENBLAS_NUM_THREADS": "1"}
-        done = subprocess.run(
-            [*command, *map(str, arguments)], capture_output=True, text=True, env=path, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+        command = "-c", start, harness.SCRIPTS / script, "--configfile", config
+        return harness.output(harness.run_python(*command, *arguments, PATH=""))
 
     train, film = tmp_path / "train.nc", tmp_path / "film.nc"
     condition = ["--deborah", "1", "--volume-fraction", "0.01"]
-    run("trains.py", *condition, tmp_path / "table.nc", train)
-    sources = tmp_path / "table.nc", train, film
+    run("trains.py", *condition, tiny_table, train)
+    sources = tiny_table, train, film
     words = run("movies.py", *sources, tmp_path / "mp4", tmp_path / "figures")
     assert xr.load_dataset(film).sizes["frame"] == 4
     assert (tmp_path / "figures" / "stations_De1_phi0.01.pdf").exists()

@@ -5,32 +5,20 @@ files; results go to the working directory. One small study is really finished, 
 to repeat a job rests on records that only a finished job leaves.
 """
 
-import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import xarray as xr
 import yaml
+from harness import CONFIG, DNS_JOB, ROOT, SMALL, Project, written
 
 from viscotrain.config.models import load_study
 from viscotrain.jobs import provenance
 from viscotrain.words import NOT_ATTEMPTED, NOT_CONVERGED
 
-ROOT = Path(__file__).parent.parent
-PARTS = ("workflow", "scripts", "config", "profiles", "envs")
-DNS_JOB = re.compile(r"Simulating the triplet sp = (\S+), sf = (\S+)")
-JOB_COUNT = re.compile(r"^(\w+)\s+(\d+)$", re.MULTILINE)
-TINY = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
-# Two distances at one Deborah number: the least that has every kind of job.
-SMALL = TINY | {
-    "study": "small",
-    "deborah": {"values": [1], "definition": "longest_mode"},
-    "table": {"sp": [1.5, float("inf")], "sf": [1.5, float("inf")], "check": 0, "max_holes": 0},
-}
+TINY = written()
 SIMULATED = {("1.5", "1.5"), ("1.5", "inf"), ("inf", "inf")}  # (inf, 1.5) is (1.5, inf)
 AFTER_DNS = {
     "table": 1,
@@ -46,91 +34,12 @@ AFTER_DNS = {
 }
 
 
-class Project:
-    """A copy of the project's files, in which Snakemake and the scripts run."""
-
-    def __init__(self, folder: Path):
-        self.folder = folder
-
-    @classmethod
-    def copy(cls, folder: Path) -> "Project":
-        ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
-        for part in PARTS:
-            shutil.copytree(ROOT / part, folder / part, ignore=ignored)
-        shutil.copy2(ROOT / "Snakefile", folder)
-        return cls(folder)
-
-    def configured(self, study: dict) -> str:
-        """Write a config and return its name."""
-        (self.folder / "study.yaml").write_text(yaml.safe_dump(study), encoding="utf-8")
-        return "study.yaml"
-
-    def run(self, *arguments: str) -> subprocess.CompletedProcess:
-        """Run Python with the package of this copy."""
-        environment = os.environ | {"PYTHONPATH": str(self.folder / "scripts")}
-        return subprocess.run(
-            [sys.executable, *arguments],
-            cwd=self.folder,
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=300,
-            check=False,
-        )
-
-    def snakemake(self, *arguments: str) -> subprocess.CompletedProcess:
-        return self.run("-m", "snakemake", *arguments)
-
-    def plan(self, *arguments: str) -> tuple[dict[str, int], set[tuple[str, str]]]:
-        """Dry run: number of jobs per rule, and the geometries (sp, sf) that are simulated."""
-        done = self.snakemake("--dry-run", *arguments)
-        text = done.stdout + done.stderr
-        assert done.returncode == 0, text
-        counts = {rule: int(count) for rule, count in JOB_COUNT.findall(text)}
-        counts.pop("total", None)
-        if first := counts.pop("dns_single_sphere", 0):
-            counts["dns"] = counts.get("dns", 0) + first
-        geometries = DNS_JOB.findall(text)
-        assert len(geometries) == counts.get("dns", 0)
-        return counts, set(geometries)
-
-    def edit(self, name: str, old: str, new: str):
-        """Replace a piece of text in a file of the copy, which must be there."""
-        path = self.folder / name
-        text = path.read_text(encoding="utf-8")
-        assert old in text
-        path.write_text(text.replace(old, new, 1), encoding="utf-8")
-
-
-@pytest.fixture
-def project(tmp_path) -> Project:
-    return Project.copy(tmp_path)
-
-
-@pytest.fixture(scope="session")
-def finished_study(tmp_path_factory) -> Path:
-    """Folder in which the small study has run to its end, with empty figures to save time."""
-    project = Project.copy(tmp_path_factory.mktemp("finished"))
-    stub = "from pathlib import Path\nfor path in snakemake.output:\n    Path(path).touch()\n"
-    (project.folder / "scripts" / "figures.py").write_text(stub, encoding="utf-8")
-    done = project.snakemake("--cores", "2", "--configfile", project.configured(SMALL))
-    assert done.returncode == 0, done.stdout + done.stderr
-    (project.folder / "terminal.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
-    return project.folder
-
-
-@pytest.fixture
-def finished(finished_study, tmp_path) -> Project:
-    """A copy of the finished study, to be changed; times of files and records come along."""
-    return Project(Path(shutil.copytree(finished_study, tmp_path / "copy")))
-
-
 # ------------------------------------------------------------------------------------------ plans
 
 
-@pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "config").glob("*.yaml")))
+@pytest.mark.parametrize("config", sorted(path.name for path in CONFIG.glob("*.yaml")))
 def test_every_shipped_config_has_a_plan(config, project):
-    study = load_study(ROOT / "config" / config)
+    study = load_study(CONFIG / config)
     number_of_trains = len(study.trains.deborah) * len(study.trains.volume_fraction)
     distances = len(study.table.sp) - 1
     jobs, geometries = project.plan("--configfile", f"config/{config}")
@@ -151,7 +60,7 @@ def test_every_shipped_config_has_a_plan(config, project):
 def fitted(project, name="data/rheology.csv") -> str:
     """The small study with measured data, beside its config, in place of its fluid."""
     (project.folder / "data").mkdir()
-    shutil.copy2(ROOT / "config" / "synthetic_rheology.csv", project.folder / "data/rheology.csv")
+    shutil.copy2(CONFIG / "synthetic_rheology.csv", project.folder / "data/rheology.csv")
     return project.configured(SMALL | {"study": "fitted", "fluid": {"data": [name]}})
 
 

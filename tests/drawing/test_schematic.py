@@ -1,21 +1,17 @@
 """Schematic: real proportions, from the geometry code."""
 
-from pathlib import Path
-
+import harness
 import numpy as np
 import pytest
 from matplotlib.patches import Circle, Rectangle
 
-from viscotrain.config.models import load_study
 from viscotrain.drawing import schematic
 from viscotrain.flow.geometry import Geometry
-
-CONFIG = Path(__file__).parents[1] / "config"
 
 
 @pytest.fixture(scope="module", params=["config", "paper", "tiny"])
 def study(request):
-    return load_study(CONFIG / f"{request.param}.yaml")
+    return harness.study(request.param)
 
 
 @pytest.fixture

@@ -1,22 +1,19 @@
 """From a study to spheres that start from rest: what is stored, and how a killed run goes on."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from harness import study
 
-from viscotrain.config.models import load_study
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import triplet
 from viscotrain.studies.transient import follow_from_rest, start_up_time, time_options
 from viscotrain.words import NOT_CONVERGED, SOLVED
 
-TINY = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")
+TINY = study()
 
 
 def changed(**settings):
-    transient = TINY.dns.transient.model_copy(update=settings)
-    return TINY.model_copy(update={"dns": TINY.dns.model_copy(update={"transient": transient})})
+    return study(dns={"transient": settings})
 
 
 def silent(_):

@@ -2,11 +2,11 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from harness import REFERENCE
 from scipy.integrate import solve_ivp
 
 from viscotrain.flow.discretisation import Flow
@@ -15,7 +15,6 @@ from viscotrain.flow.meshes import MeshOptions, make_mesh
 from viscotrain.flow.time_stepping import TimeOptions, Transient
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 
-REFERENCE = Path(__file__).parent / "reference"
 COARSE = MeshOptions(wall_size=0.3, axis_size=0.2, sphere_elements=6, gap_elements=3)
 FINE = MeshOptions(wall_size=0.2, axis_size=0.1, sphere_elements=10, gap_elements=3)
 ONE_MODE = DimensionlessFluid(0.3, (Mode(0.7, 1.0, 0.25),))

@@ -1,7 +1,4 @@
 import itertools
-import subprocess
-import sys
-from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -9,6 +6,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
+from harness import CONFIG, output, run_script
 from matplotlib.text import Text
 from scipy.spatial import Delaunay
 from synthetic import DEMO_NODES, SINGLE, dns_result, relative, triplet
@@ -22,7 +20,6 @@ from viscotrain.trains.motion import chain_motion
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.words import INACCURATE, LEADING, MIDDLE
 
-ROOT = Path(__file__).parents[1]
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
 HOLES = {(1.0, 1.5, 2.5), (1.0, INF, 4.5)}
 
@@ -380,17 +377,12 @@ def test_settings_of_the_user_stay_as_they_are(table):
 
 def test_script_from_the_command_line(table, tmp_path):
     datasets.write(table, tmp_path / "table.nc")
-    config = ROOT / "config" / "tiny.yaml"
-    script = [sys.executable, ROOT / "scripts" / "figures.py", "--configfile", config]
-    done = subprocess.run(
-        [*script, "relative_velocities_De1", tmp_path / "table.nc", tmp_path / "figures"],
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    assert len(done.stdout.splitlines()) == 3
+    script = "figures.py", "--configfile", CONFIG / "tiny.yaml"
+    files = tmp_path / "table.nc", tmp_path / "figures"
+    words = output(run_script(*script, "relative_velocities_De1", *files))
+    assert len(words.splitlines()) == 3
     data = xr.load_dataset(tmp_path / "figures" / "relative_velocities_De1.nc")
     assert yaml.safe_load(data.attrs["study_config"])["study"] == "tiny"
-    done = subprocess.run([*script, "pairs", tmp_path / "table.nc", tmp_path], capture_output=True)
+    done = run_script(*script, "pairs", *files)
     assert done.returncode == 1
-    assert done.stderr.startswith(b"error: figure is 'pairs'")
+    assert done.stderr.startswith("error: figure is 'pairs'")

@@ -1,18 +1,15 @@
 """What a job says about its simulation, and when holes are too many."""
 
-from pathlib import Path
-
 import pytest
 import xarray as xr
+from harness import study
 
-from viscotrain.config.models import load_study, simulated_deborahs
+from viscotrain.config.models import simulated_deborahs
 from viscotrain.jobs import progress, provenance
 from viscotrain.words import INACCURATE
 
 INF = float("inf")
-TINY = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")
-TABLE = TINY.table.model_copy(update={"sp": (1.1, 1.5, INF), "sf": (1.1, 1.5, INF), "max_holes": 2})
-STUDY = TINY.model_copy(update={"table": TABLE})
+STUDY = study(table={"sp": (1.1, 1.5, INF), "sf": (1.1, 1.5, INF), "max_holes": 2})
 
 
 def result(sp, sf, failed_from=INF):

@@ -1,20 +1,19 @@
 """What the dns stage stores: datasets, marked failures, fields."""
 
 import math
-from pathlib import Path
 
+import harness
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
 
-from viscotrain.config.models import load_study, parse_study
+from viscotrain.config.models import parse_study
 from viscotrain.jobs import datasets, provenance
 from viscotrain.studies import dns
 from viscotrain.words import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED, has_solution
 
-ROOT = Path(__file__).parents[1]
-TINY = load_study(ROOT / "config" / "tiny.yaml")
+TINY = harness.study()
 
 
 def quiet(_):
@@ -82,8 +81,7 @@ def test_missing_spheres_have_no_velocity_of_their_own():
 
 
 def test_errors_are_stored_by_the_pairs_that_are_there():
-    third = TINY.dns.model_copy(update={"velocity_order": 3, "accuracy": 1.0})
-    study = TINY.model_copy(update={"dns": third})
+    study = harness.study(dns={"velocity_order": 3, "accuracy": 1.0})
     result, _ = dns.solve_geometry(study, math.inf, 1.5, quiet)
     error = result["relative_velocity_error"]
     assert np.isnan(error.sel(pair="middle-trailing")).all()
@@ -94,16 +92,9 @@ def test_errors_are_stored_by_the_pairs_that_are_there():
 
 
 def test_a_point_that_is_not_accurate_is_solved_and_marked():
-    rough = TINY.dns.model_copy(
-        update={
-            "velocity_order": 3,
-            "accuracy": 1e-12,
-            "relative_accuracy": 0.0,
-            "max_unknowns": 1,
-        }
-    )
+    rough = {"accuracy": 1e-12, "relative_accuracy": 0.0, "max_unknowns": 1}
     lines = []
-    study = TINY.model_copy(update={"dns": rough})
+    study = harness.study(dns=rough | {"velocity_order": 3})
     result, _ = dns.solve_geometry(study, math.inf, 1.5, lines.append)
     assert (result["status"] == INACCURATE).all()
     assert np.isfinite(result["velocity"].sel(particle="middle")).all()
@@ -114,9 +105,8 @@ def test_a_point_that_is_not_accurate_is_solved_and_marked():
 def test_no_unique_flow_is_named():
     """A mobility above 1/2 with hardly any solvent: shear stress decreases with the rate."""
     modes = (TINY.fluid.modes[0].model_copy(update={"mobility": 0.95}),)
-    fluid = TINY.fluid.model_copy(update={"modes": modes, "solvent_viscosity": 1e-4})
-    failing = TINY.dns.model_copy(update={"max_iterations": 1})
-    study = TINY.model_copy(update={"fluid": fluid, "dns": failing}).at([5.0])
+    fluid = {"modes": modes, "solvent_viscosity": 1e-4}
+    study = harness.study(fluid=fluid, dns={"max_iterations": 1}).at([5.0])
     assert math.isnan(dns.undisturbed(study, 5.0).centreline_velocity)
     result, _ = dns.solve_geometry(study, math.inf, math.inf, quiet)
     assert "no unique steady flow: shear stress" in str(result["reason"][0].item())
@@ -124,8 +114,8 @@ def test_no_unique_flow_is_named():
 
 def test_failure_is_a_result():
     """One iteration cannot converge: NaN, a status and a reason, and no exception."""
-    failing = TINY.dns.model_copy(update={"max_iterations": 1})
-    result, timing = dns.solve_geometry(TINY.model_copy(update={"dns": failing}), 1.5, 1.5, quiet)
+    failing = harness.study(dns={"max_iterations": 1})
+    result, timing = dns.solve_geometry(failing, 1.5, 1.5, quiet)
     assert result["status"].values.tolist() == [NOT_CONVERGED, NOT_ATTEMPTED]
     assert np.isnan(result["velocity"]).all()
     reason = str(result["reason"][0].item())
@@ -190,8 +180,7 @@ def test_the_mirror_image_has_the_same_velocities_without_elasticity():
 
 def test_a_file_holds_the_deborah_numbers_at_which_it_is_needed():
     axis = (1.2, 1.5, math.inf)
-    table = TINY.table.model_copy(update={"sp": axis, "sf": axis})
-    study = TINY.model_copy(update={"table": table})
+    study = harness.study(table={"sp": axis, "sf": axis})
     result, timing = dns.solve_geometry(study, 1.5, 1.2, quiet)
     assert result["deborah"].values.tolist() == [1.0]
     assert timing["deborah"].tolist() == [1.0]

@@ -3,21 +3,18 @@
 import dataclasses
 import math
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from harness import CONFIG, output, run_script, study, written
 from matplotlib.text import Text
 
 from viscotrain.config.models import (
     FluidConfig,
     data_files,
     fitted_fluid_file,
-    load_study,
     parse_study,
     with_fitted_fluid,
 )
@@ -29,7 +26,6 @@ from viscotrain.fluid.fluid_fit import fit
 from viscotrain.fluid.parameters import Fluid, Mode
 from viscotrain.jobs import datasets, drawings
 
-ROOT = Path(__file__).parent.parent
 HYALURONIC_ACID = Fluid(0.051, (Mode(0.257, 0.0752, 0.283), Mode(0.254, 0.00848, 0.49)))
 ONE_MODE = Fluid(0.02, (Mode(0.9, 0.03, 0.2),))
 OLDROYD_B = Fluid(0.1, (Mode(0.4, 0.05, 0.0),))
@@ -427,8 +423,7 @@ def fitted(tmp_path_factory):
 
 def test_yaml_is_a_section_of_a_config(fitted):
     text = fit_report.as_yaml(fitted.chosen)
-    study = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
-    fluid = parse_study(study | yaml.safe_load(text)).fluid
+    fluid = parse_study(written() | yaml.safe_load(text)).fluid
     assert parameters(fluid) == pytest.approx(parameters(fitted.chosen.fluid), rel=1e-3)
     comments = " ".join(line[2:] for line in text.splitlines() if line.startswith("# "))
     assert comments.startswith("Fitted to 133 numbers in oscillation.csv, shear.csv, rms deviation")
@@ -463,23 +458,15 @@ def test_dataset_holds_data_model_and_residuals(fitted, tmp_path):
 
 def test_script_writes_fluid_details_and_figure(tmp_path):
     files = measured(tmp_path, ONE_MODE, noise=NOISE)
-    command = [sys.executable, str(ROOT / "scripts" / "fluid_fit.py"), *map(str, files)]
-    done = subprocess.run(
-        [*command, "--modes", "1", str(tmp_path / "out")],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={"PYTHONPATH": str(ROOT / "scripts")},
-    )
-    assert done.returncode == 0, done.stderr
-    assert "<- chosen" in done.stdout
-    written = {path.name for path in (tmp_path / "out").iterdir()}
-    assert written == {"fluid.yaml", "fit.nc", "rheology.png", "rheology.pdf", "rheology.csv"}
+    done = run_script("fluid_fit.py", *files, "--modes", "1", tmp_path / "out")
+    assert "<- chosen" in output(done)
+    found = {path.name for path in (tmp_path / "out").iterdir()}
+    assert found == {"fluid.yaml", "fit.nc", "rheology.png", "rheology.pdf", "rheology.csv"}
 
 
 # ---------------------------------------------------------------------------------- in a study
 
-TINY = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
+TINY = written()
 FITTED = TINY | {"study": "fitted", "fluid": {"data": ["a.csv"]}}
 
 
@@ -491,15 +478,7 @@ FITTED = TINY | {"study": "fitted", "fluid": {"data": ["a.csv"]}}
     ],
 )
 def test_script_refuses_options(option, message, tmp_path):
-    command = [sys.executable, str(ROOT / "scripts" / "fluid_fit.py"), "a.csv", "out"]
-    done = subprocess.run(
-        [*command, *option],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(ROOT / "scripts")},
-    )
+    done = run_script("fluid_fit.py", "a.csv", "out", *option, folder=tmp_path)
     assert done.returncode == 2
     assert message in done.stderr
     assert not list(tmp_path.iterdir())
@@ -548,7 +527,7 @@ def test_data_are_relative_to_the_config_file(tmp_path, monkeypatch):
 
 
 def test_the_example_is_fitted_and_says_that_it_is_synthetic():
-    path = ROOT / "config" / "synthetic_rheology.csv"
+    path = CONFIG / "synthetic_rheology.csv"
     assert path.read_text(encoding="utf-8").startswith("# Synthetic, not measured")
     found = fit(measurements.read([path]), modes=2).chosen
     assert not found.undetermined
@@ -608,13 +587,13 @@ def test_figure_of_a_newtonian_fluid_has_no_storage_modulus():
 
 
 def test_figure_is_written_with_its_data(tmp_path):
-    study = load_study(ROOT / "config" / "paper.yaml")
-    assert study.shear_rates()[5.0] == pytest.approx(5 / 0.0752)
-    drawing = rheology(study.physical_fluid, rates=study.shear_rates())
+    paper = study("paper")
+    assert paper.shear_rates()[5.0] == pytest.approx(5 / 0.0752)
+    drawing = rheology(paper.physical_fluid, rates=paper.shear_rates())
     paths = drawings.save(drawing, tmp_path / "rheology")
     assert [path.name for path in paths] == ["rheology.png", "rheology.pdf", "rheology.csv"]
     again = drawings.save(
-        rheology(study.physical_fluid, rates=study.shear_rates()), tmp_path / "again"
+        rheology(paper.physical_fluid, rates=paper.shear_rates()), tmp_path / "again"
     )
     for one, other in zip(paths, again, strict=True):
         assert one.read_bytes() == other.read_bytes()

@@ -1,14 +1,12 @@
 """The closure: the model of a short train, and its comparison with direct simulations."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
+from harness import study
 from scipy.integrate import solve_ivp
 from synthetic import PAPER_NODES, constant, triplet
 
-from viscotrain.config.models import load_study
 from viscotrain.studies import accuracy, closure
 from viscotrain.words import LEADING, MIDDLE, TRAILING
 
@@ -72,12 +70,8 @@ def test_without_time_after_the_start_up_there_is_nothing_to_compare():
 
 def test_three_spheres_are_a_triplet():
     """The only train for which the closure is exact; both sides come by different ways."""
-    study = load_study(Path(__file__).parents[1] / "config" / "tiny.yaml")
-    own = study.verification.closure.model_copy(update={"distances": (2.0, 2.0)})
-    study = study.model_copy(
-        update={"verification": study.verification.model_copy(update={"closure": own})}
-    )
-    rows = closure.error_at_gap(study, 0.5, report=print)
+    three = study(verification={"closure": {"distances": (2.0, 2.0)}})
+    rows = closure.error_at_gap(three, 0.5, report=print)
     assert rows["number"].tolist() == [1, 2]
     assert rows["direct"].abs().max() > 1e-5
     assert rows["error"].abs().max() < 1e-9

@@ -4,14 +4,13 @@ Tolerances are the accuracy that the project states for its default settings.
 """
 
 import math
-from pathlib import Path
 
+import harness
 import ngsolve
 import numpy as np
 import pandas as pd
 import pytest
 
-from viscotrain.config.models import load_study
 from viscotrain.flow import newton, quasi_steady
 from viscotrain.flow.discretisation import Flow, copy
 from viscotrain.flow.geometry import Geometry
@@ -20,17 +19,13 @@ from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Mode
 from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.studies.dns import make_flow, solutions, solver_options, triplet
 
-ROOT = Path(__file__).parents[1]
-REFERENCE = ROOT / "tests" / "reference"
-DEMO = load_study(ROOT / "config" / "config.yaml")
+DEMO = harness.study("config")
 
 
 def study(confinement=0.2, deborah=(0.0,), **dns_settings):
     """The demo study, default resolution, with another sphere and other Deborah numbers."""
-    particle = DEMO.particle.model_copy(update={"diameter": confinement * DEMO.channel.diameter})
-    values = DEMO.deborah.model_copy(update={"values": deborah})
-    settings = DEMO.dns.model_copy(update=dns_settings)
-    return DEMO.model_copy(update={"particle": particle, "deborah": values, "dns": settings})
+    particle = {"diameter": confinement * DEMO.channel.diameter}
+    return harness.study("config", particle=particle, deborah={"values": deborah}, dns=dns_settings)
 
 
 def velocities(sp, sf, **options) -> np.ndarray:
@@ -42,7 +37,7 @@ def velocities(sp, sf, **options) -> np.ndarray:
 
 
 def rows(name):
-    return list(pd.read_csv(REFERENCE / name, comment="#").itertuples(index=False))
+    return list(pd.read_csv(harness.REFERENCE / name, comment="#").itertuples(index=False))
 
 
 # ------------------------------------------------------------------------------ Newtonian fluid

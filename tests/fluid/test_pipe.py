@@ -1,10 +1,9 @@
 """Undisturbed flow: viscometric functions and their integrals, against other ways to them."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
+from harness import REFERENCE
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -12,8 +11,6 @@ from viscotrain.errors import FluidError
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.shear import shear_viscosity
-
-REFERENCE = Path(__file__).parent / "reference"
 
 
 def test_newtonian_flow_is_poiseuille(hyaluronic_acid):

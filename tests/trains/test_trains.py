@@ -1,12 +1,9 @@
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
+from harness import CONFIG, output, run_script
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -16,7 +13,6 @@ from synthetic import (
     PAPER_NODES,
     SINGLE,
     constant,
-    dns_result,
     relative,
     superposed,
     triplet,
@@ -25,14 +21,12 @@ from synthetic import (
 from viscotrain.errors import TrainError
 from viscotrain.fluid import parameters
 from viscotrain.jobs import datasets
-from viscotrain.table.assembly import combine
 from viscotrain.trains import motion, recording
 from viscotrain.trains.injection import injection_law
 from viscotrain.trains.motion import Channel, arrival, chain_motion
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.trains.statistics import confidence, statistics
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
 BETA = 0.2
 CHANNEL = {  # short and quick: some 30 spheres at once
     "confinement": BETA,
@@ -459,26 +453,15 @@ def test_distribution_of_what_enters_is_uniform():
 # --------------------------------------------------------------------------------------- script
 
 
-def test_script_from_the_command_line(tmp_path):
-    config = SCRIPTS.parent / "config" / "tiny.yaml"
-    axis = yaml.safe_load(config.read_text())["table"]["sp"]
-    table = combine(
-        [dns_result(sp, sf) for sp in axis for sf in axis], sp=axis, sf=axis, deborah=[0, 1]
-    )
-    datasets.write(table, tmp_path / "table.nc")
-    command = [sys.executable, SCRIPTS / "trains.py", "--configfile", config, "--deborah", "1"]
-    files = [tmp_path / "table.nc", tmp_path / "train.nc"]
-    done = subprocess.run(
-        [*command, "--volume-fraction", "0.01", *files], capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
+def test_script_from_the_command_line(tiny_table, tmp_path):
+    command = "trains.py", "--configfile", CONFIG / "tiny.yaml", "--deborah", "1"
+    files = tiny_table, tmp_path / "train.nc"
+    words = output(run_script(*command, "--volume-fraction", "0.01", *files))
     result = xr.load_dataset(files[1])
     assert result["spacing"].shape == (3, 3, 20)
     assert float(result["deborah"]) == 1.0
     assert result["flow_rate"].attrs["units"] == "uL min-1"
-    assert "station/D" in done.stdout
-    refused = subprocess.run(
-        [*command, "--volume-fraction", "0.03", *files], capture_output=True, text=True
-    )
+    assert "station/D" in words
+    refused = run_script(*command, "--volume-fraction", "0.03", *files)
     assert refused.returncode == 1
     assert refused.stderr.startswith("error: volume fraction is 0.03")

@@ -3,12 +3,12 @@
 import copy
 import json
 import math
-from pathlib import Path
 
 import generate_config_docs
 import jsonschema
 import pytest
 import yaml
+from harness import CONFIG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -27,7 +27,6 @@ from viscotrain.config.models import (
 )
 from viscotrain.errors import ConfigError, ViscotrainError
 
-CONFIG_FOLDER = Path(__file__).parent.parent / "config"
 SHIPPED = ["config.yaml", "paper.yaml", "tiny.yaml"]
 INF = math.inf
 
@@ -567,12 +566,12 @@ def test_study_is_immutable():
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_config_is_valid(name):
-    path = CONFIG_FOLDER / name
+    path = CONFIG / name
     assert load_study(path).study == ("demo" if name == "config.yaml" else path.stem)
 
 
 def test_paper_is_the_study_of_the_contract():
-    study = load_study(CONFIG_FOLDER / "paper.yaml")
+    study = load_study(CONFIG / "paper.yaml")
     assert study.deborah.values == (0, 1, 2, 5, 10, 31, 62)
     assert study.trains.volume_fraction == (0.002, 0.004, 0.006, 0.01)
     for distances in (study.table.sp, study.table.sf):
@@ -582,7 +581,7 @@ def test_paper_is_the_study_of_the_contract():
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_resolved_yaml_round_trips(name, tmp_path):
-    study = load_study(CONFIG_FOLDER / name)
+    study = load_study(CONFIG / name)
     path = tmp_path / "resolved.yaml"
     path.write_text(study.resolved_yaml(), encoding="utf-8")
     assert load_study(path) == study
@@ -621,7 +620,7 @@ def test_every_key_is_documented():
             elif hasattr(value, "model_fields_set"):
                 yield from keys(value, f"{prefix}{name}.")
 
-    study = load_study(CONFIG_FOLDER / "tiny.yaml")  # it has modes and figures.field
+    study = load_study(CONFIG / "tiny.yaml")  # it has modes and figures.field
     documented = [key for key in keys(study, "") if f"| `{key}` |" in readme]
     sections = {name for name, value in study if hasattr(value, "model_fields_set")}
     assert set(documented) | sections == set(keys(study, ""))
@@ -631,7 +630,7 @@ def test_every_key_is_documented():
 @pytest.mark.parametrize("name", SHIPPED)
 def test_schema_accepts_shipped_configs(name):
     jsonschema.Draft202012Validator.check_schema(schema())
-    jsonschema.validate(read_yaml(CONFIG_FOLDER / name)[0], schema())
+    jsonschema.validate(read_yaml(CONFIG / name)[0], schema())
 
 
 @pytest.mark.parametrize("changes", [{"channel.length": -1}, {"sed": 1}, {"table.sp": [1.1]}])

@@ -1,13 +1,11 @@
 import itertools
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from harness import run_script, written
 from synthetic import DEMO_NODES, dns_result, superposed, triplet
 
 from viscotrain.errors import TableError
@@ -23,7 +21,6 @@ from viscotrain.table.present import after_start_up
 from viscotrain.table.triplets import simulations
 from viscotrain.words import INACCURATE
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
 INF = np.inf
 SP, SF, DEBORAH = [1.1, 2.0, INF], [1.2, 3.0, 5.0, INF], (0.0, 1.0)
 
@@ -240,32 +237,24 @@ def test_summary_of_a_newtonian_table():
 @pytest.fixture
 def config(tmp_path):
     """A config file with the axes of the demo, and one result file per geometry and check."""
-    study = yaml.safe_load((SCRIPTS.parent / "config" / "tiny.yaml").read_text())
-    study["table"] = {"sp": DEMO_NODES, "sf": DEMO_NODES, "check": 2}
-    study["figures"] = {}
+    table = {"sp": DEMO_NODES, "sf": DEMO_NODES, "check": 2}
     path = tmp_path / "config.yaml"
-    path.write_text(yaml.safe_dump(study))
+    path.write_text(yaml.safe_dump(written(table=table, figures={})))
     geometries = [*itertools.product(DEMO_NODES, DEMO_NODES), (1.3, 1.9), (3.1, 1.9)]
     for n, (sp, sf) in enumerate(geometries):
         datasets.write(dns_result(sp, sf), tmp_path / "dns" / f"{n}.nc")
     return path
 
 
-def run(script, *arguments):
-    return subprocess.run(
-        [sys.executable, SCRIPTS / script, *map(str, arguments)], capture_output=True, text=True
-    )
-
-
 def test_scripts_from_the_command_line(config, tmp_path):
     output = tmp_path / "velocity_table.nc"
-    done = run("table.py", "--configfile", config, output, *(tmp_path / "dns").iterdir())
+    done = run_script("table.py", "--configfile", config, output, *(tmp_path / "dns").iterdir())
     assert done.returncode == 0, done.stderr
     table = xr.load_dataset(output)
     assert table.sizes["check"] == 2
     assert table.attrs["Conventions"].startswith("CF-")
     assert yaml.safe_load(table.attrs["study_config"])["study"] == "tiny"
-    shown = run("inspect_table.py", output)
+    shown = run_script("inspect_table.py", output)
     assert shown.returncode == 0, shown.stderr
     assert shown.stdout.strip() == summary(table)
 
@@ -273,7 +262,7 @@ def test_scripts_from_the_command_line(config, tmp_path):
 def test_script_ends_with_a_message_without_a_traceback(config, tmp_path):
     (tmp_path / "dns" / "0.nc").unlink()
     output = tmp_path / "velocity_table.nc"
-    done = run("table.py", "--configfile", config, output, *(tmp_path / "dns").iterdir())
+    done = run_script("table.py", "--configfile", config, output, *(tmp_path / "dns").iterdir())
     assert done.returncode == 1
     assert done.stderr.startswith("error: 2 of 50 points have no solution; allowed: 0")
     assert "Traceback" not in done.stderr

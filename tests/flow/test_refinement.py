@@ -1,21 +1,19 @@
 """Estimates of errors by the adjoint solution, and meshes that follow from them."""
 
 import math
-from pathlib import Path
 
 import ngsolve
 import numpy as np
 import pytest
+from harness import study
 
-from viscotrain.config.models import load_study
 from viscotrain.flow import newton, quasi_steady, refinement
 from viscotrain.flow.discretisation import copy
 from viscotrain.flow.meshes import Sizes
 from viscotrain.studies.dns import make_flow, mesh_of, triplet
 
-DEMO = load_study(Path(__file__).parents[1] / "config" / "config.yaml")
 COARSE = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
-STUDY = DEMO.model_copy(update={"dns": DEMO.dns.model_copy(update=COARSE)})
+STUDY = study("config", dns=COARSE)
 DEBORAH = 1.0
 
 

@@ -1,11 +1,9 @@
 """The estimate before a run: what is counted, what is done already, and how times are scaled."""
 
 import math
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
+import harness
 import pandas as pd
 import pytest
 import xarray as xr
@@ -25,7 +23,6 @@ from estimate_cost import (
 from viscotrain.config.models import (
     Study,
     geometry_name,
-    load_study,
     simulated,
     simulated_deborahs,
     train_name,
@@ -33,8 +30,6 @@ from viscotrain.config.models import (
 from viscotrain.jobs import provenance
 from viscotrain.studies.dns import make_flow, triplet
 from viscotrain.words import INACCURATE
-
-ROOT = Path(__file__).parent.parent
 
 
 def measured_row(deborah: float, seconds: float, order=4, sp=1.5, sf=1.5, solved=True):
@@ -65,7 +60,7 @@ def measured() -> pd.DataFrame:
 
 @pytest.fixture
 def study() -> Study:
-    return load_study(ROOT / "config" / "tiny.yaml")
+    return harness.study()
 
 
 def results_of(study: Study, folder: Path, geometries, trains=()) -> Path:
@@ -205,9 +200,7 @@ def test_points_that_were_not_solved_are_left_out(measured):
 
 
 def test_unknowns_per_element_are_those_of_a_large_mesh():
-    study = load_study(ROOT / "config" / "config.yaml")
-    fine = study.dns.model_copy(update={"wall_size": 0.03, "axis_size": 0.03})
-    study = study.model_copy(update={"dns": fine})
+    study = harness.study("config", dns={"wall_size": 0.03, "axis_size": 0.03})
     flow = make_flow(study, triplet(study, math.inf, math.inf))
     expected = unknowns_per_element(4, 2)
     assert flow.space.ndof / flow.mesh.ne == pytest.approx(expected, rel=0.05)
@@ -263,12 +256,7 @@ def test_design_map_and_movies_cost(study, tmp_path, measured):
 
 
 def test_command_line_with_the_shipped_measurements(tmp_path):
-    script = [sys.executable, ROOT / "scripts" / "estimate_cost.py"]
-    options = ["--configfile", "config/tiny.yaml", "--cores", "1"]
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    done = subprocess.run(
-        [*script, *options], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
-    )
-    assert done.returncode == 0, done.stderr
-    assert "study tiny: 4 geometries, 8 points (De x geometry), 1 trains" in done.stdout
-    assert "core-hours" in done.stdout
+    options = ["--configfile", harness.CONFIG / "tiny.yaml", "--cores", "1"]
+    words = harness.output(harness.run_script("estimate_cost.py", *options, folder=tmp_path))
+    assert "study tiny: 4 geometries, 8 points (De x geometry), 1 trains" in words
+    assert "core-hours" in words
