@@ -23,12 +23,9 @@ ARROWS_TO_BE_TURNED = {("studies.robustness", "jobs.provenance")}
 LONG_MODULES = {
     "config.models",
     "config.problems",
-    "flow.continuation",
     "studies.robustness",
 }
-LONG_FUNCTIONS = {
-    "flow.newton.ModifiedNewton.solve",
-}
+LONG_FUNCTIONS: set[str] = set()
 
 
 class Arrow(NamedTuple):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from viscotrain.flow.fronts import Dissection, FrontalFactors, SingularError
+from viscotrain.flow.dissection import Dissection
+from viscotrain.flow.fronts import FrontalFactors, SingularError
 
 SIDE = 9  # elements
 

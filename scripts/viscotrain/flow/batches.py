@@ -22,8 +22,9 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from viscotrain.flow.dissection import Dissection
 from viscotrain.flow.elements import BATCH, Elements
-from viscotrain.flow.fronts import Dissection, FrontalFactors
+from viscotrain.flow.fronts import FrontalFactors
 from viscotrain.flow.jets import Jet
 
 Integrals = Callable[[list, list, Callable], list]

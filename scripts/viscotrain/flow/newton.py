@@ -90,28 +90,18 @@ class ModifiedNewton:
         """
         result = Convergence()
         residual, update, last = (state.vec.CreateVector() for _ in range(3))
-        root_of_size = math.sqrt(self._free.NumSet())
         firsts = []  # rms of the first update with each matrix
-        step = 0.0  # share applied of `last`; 0: none with this matrix
+        step, last_size = 0.0, math.nan  # share applied of `last`; 0: none with this matrix
         fresh = False  # whether the matrix was made for `last`
-        last_size = math.nan
         for _ in range(max_iterations):
             prepare()
-            self._form.Apply(state.vec, residual)
-            self._onto_free.Project(residual)
             if self._factors is None:
-                self._form.AssembleLinearization(state.vec)
-                try:
-                    self._factors = factorise(self._form, self._free)
-                except FactorisationError as error:
-                    result.reason = f"factorisation failed: {error}"
-                    return result
-                result.factorisations += 1
                 step, fresh = 0.0, True
-            self._factors.solve(residual, update)
-            size = update.Norm() / root_of_size
-            result.residuals.append(residual.Norm() / root_of_size)
-            result.updates.append(size)
+            try:
+                size = self._compute(state, residual, update, result)
+            except FactorisationError as error:
+                result.reason = f"factorisation failed: {error}"
+                return result
             if size < tolerance and all(abs(x) < watch_tolerance for x in watch(update)):
                 state.vec.data -= update
                 return result
@@ -138,6 +128,31 @@ class ModifiedNewton:
             fresh = fresh and step == 0
             step, last_size = 1.0, size
         return self._give_up(result, f"no convergence to {tolerance:.1e}")
+
+    def _compute(
+        self,
+        state: ngsolve.GridFunction,
+        residual: ngsolve.BaseVector,
+        update: ngsolve.BaseVector,
+        result: Convergence,
+    ) -> float:
+        """Residual and update at the state, with a new matrix if there is none; rms of the update.
+
+        Raises:
+            FactorisationError: The new matrix is singular.
+        """
+        self._form.Apply(state.vec, residual)
+        self._onto_free.Project(residual)
+        if self._factors is None:
+            self._form.AssembleLinearization(state.vec)
+            self._factors = factorise(self._form, self._free)
+            result.factorisations += 1
+        self._factors.solve(residual, update)
+        root_of_size = math.sqrt(self._free.NumSet())
+        size = update.Norm() / root_of_size
+        result.residuals.append(residual.Norm() / root_of_size)
+        result.updates.append(size)
+        return size
 
     def adjoint(
         self, state: ngsolve.GridFunction
