@@ -18,7 +18,7 @@ eliminated one part later, in this matrix and all that follow.
 
 from collections.abc import Iterable
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,10 +61,10 @@ class _Part:
     first: int
     end: int
     halves: list["_Part"]
-    unknowns: NDArray | None = None
-    own: NDArray | None = None
-    kept: NDArray | None = None
-    places: list | NDArray | None = None
+    unknowns: NDArray = field(init=False)
+    own: NDArray = field(init=False)
+    kept: NDArray = field(init=False)
+    places: list[NDArray] | NDArray = field(init=False)
 
 
 class Dissection:
@@ -236,13 +236,15 @@ class FrontalFactors:
     def _factorise(self, outer: NDArray, largest: float) -> list[_Part]:
         """Factorise all fronts; returns the parts where the pivots are too small."""
         dissection = self._dissection
-        self._factors, weak = [], []
+        self._factors: list = []
+        weak: list[_Part] = []
         passed: dict[int, NDArray | None] = {}
         for part in dissection.parts:
             own, size = part.own.size, part.own.size + part.kept.size
             if part.halves:
-                matrices = [passed.pop(half.first) for half in part.halves]
-                if any(matrix is None for matrix in matrices):
+                found = [passed.pop(half.first) for half in part.halves]
+                matrices = [matrix for matrix in found if matrix is not None]
+                if len(matrices) < len(found):
                     passed[part.first] = None
                     continue
                 F = np.zeros((size, size), order="F")
@@ -250,9 +252,10 @@ class FrontalFactors:
                     _add(F, place, matrix)
             else:
                 members = outer[dissection.order[part.first : part.end]]
-                places = part.places[:, :, None] + (size + 1) * part.places[:, None, :]
-                F = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
-                F = F.reshape(size + 1, size + 1).T[:size, :size]
+                mine = np.asarray(part.places)
+                places = mine[:, :, None] + (size + 1) * mine[:, None, :]
+                entries: NDArray = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
+                F = entries.reshape(size + 1, size + 1).T[:size, :size]
             passed[part.first] = self._eliminate(F, own, largest)
             if passed[part.first] is None:
                 weak.append(part)
