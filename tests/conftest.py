@@ -16,6 +16,13 @@ from viscotrain.jobs import datasets
 from viscotrain.table.assembly import combine
 
 
+def pytest_collection_modifyitems(items):
+    """Whatever runs Snakemake is slow."""
+    for item in items:
+        if {"project", "finished_study"} & set(item.fixturenames):
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture
 def hyaluronic_acid() -> DimensionlessFluid:
     """The two-mode fluid of the study: 1 wt% in PBS."""

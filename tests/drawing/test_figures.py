@@ -327,6 +327,7 @@ def test_pieces_of_lines_join_and_know_who_touches():
 # ---------------------------------------------------------------------------------------- files
 
 
+@pytest.mark.slow
 def test_files_are_written_and_read_back_the_same_byte_for_byte(table, tmp_path):
     for folder in ("a", "b"):
         for name in ("relative_velocities_De1", "pair_velocity"):
@@ -375,6 +376,7 @@ def test_settings_of_the_user_stay_as_they_are(table):
         assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.slow
 def test_script_from_the_command_line(table, tmp_path):
     datasets.write(table, tmp_path / "table.nc")
     script = "figures.py", "--configfile", CONFIG / "tiny.yaml"

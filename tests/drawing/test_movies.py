@@ -298,6 +298,7 @@ def test_without_ffmpeg_there_are_gifs(data, tmp_path, monkeypatch):
     assert assert_spheres_at(frame, view, data["position"].values[1, 7]) > 1
 
 
+@pytest.mark.slow
 def test_scripts_from_the_command_line_and_their_word_about_a_missing_ffmpeg(tiny_table, tmp_path):
     study = harness.written(movies={"frames": 4, "width": 480})
     config = tmp_path / "study.yaml"

@@ -84,6 +84,7 @@ def empty_tube(axis_size: float, wall_size: float, order: int, fluid) -> Flow:
     return Flow(geometry, make_mesh(geometry, options, order=1), fluid, order)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("resolution", ["default", "fine"])
 def test_tube_without_spheres_is_the_semi_analytic_flow(resolution, hyaluronic_acid):
     """Pressure gradient on the default mesh; velocity at the axis, one point, on a finer one."""
@@ -118,6 +119,7 @@ def test_relative_velocity_of_a_pair_begins_linearly_in_deborah():
     assert abs(relative[1]) > 1e-6  # well above the error of the simulation
 
 
+@pytest.mark.slow
 def test_oldroyd_b_drag_on_a_sphere_in_a_two_to_one_tube():
     """K = F/(6 pi eta_0 a U), eta_s = eta_0/2, De = lambda U/a.
 
@@ -182,6 +184,7 @@ def test_what_is_found_does_not_depend_on_the_other_deborah_numbers():
     assert pytest.approx(relative[1], abs=1e-6) == relative[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("highest", [3, 7])
 def test_meshes_or_orders_are_raised_until_the_estimate_is_small(highest):
     found = []

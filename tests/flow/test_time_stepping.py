@@ -48,6 +48,7 @@ def test_starts_with_the_newtonian_velocities(sp, sf, hyaluronic_acid):
     assert pytest.approx([exact.U1, exact.U2, exact.U3], abs=1e-6) == start.velocities
 
 
+@pytest.mark.slow
 def test_second_order_in_time():
     """Halving the step divides the error of velocities and positions by four."""
     steps = [0.04, 0.02, 0.01, 0.005]
@@ -60,6 +61,7 @@ def test_second_order_in_time():
         assert changes[-1] / 3 < allowed
 
 
+@pytest.mark.slow
 def test_controlled_steps_reach_the_error_they_promise():
     exact = last(coarse(fixed_step=0.0025), 0.6)
     simulation = coarse()
@@ -72,6 +74,7 @@ def test_controlled_steps_reach_the_error_they_promise():
     assert np.abs(gaps).max() < 1e-4 * 0.3
 
 
+@pytest.mark.slow
 def test_gaps_do_not_depend_on_the_frame():
     ends = [last(coarse(name, fixed_step=0.02), 0.3) for name in ("trailing", "middle", "leading")]
     for end in ends[1:]:
@@ -128,6 +131,7 @@ def test_uniform_stress_stays_uniform_on_a_moving_mesh():
     assert np.abs(residual.FV().NumPy()[first:]).max() < 1e-14
 
 
+@pytest.mark.slow
 def test_gaps_do_not_depend_on_remeshing():
     def make_flow(geometry: Geometry) -> Flow:
         sizes = MeshOptions(wall_size=0.25, axis_size=0.15, sphere_elements=8, gap_elements=3)
@@ -147,6 +151,7 @@ def test_gaps_do_not_depend_on_remeshing():
     assert ends[1] == pytest.approx(ends[0], abs=1e-4 * 0.4)
 
 
+@pytest.mark.slow
 def test_start_up_of_pipe_flow(hyaluronic_acid):
     """Against the stress of points along the radius, which the flow rate couples."""
     geometry = Geometry(0.2, (), (), 0.4, None)

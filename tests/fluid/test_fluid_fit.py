@@ -456,6 +456,7 @@ def test_dataset_holds_data_model_and_residuals(fitted, tmp_path):
     assert all("long_name" in result[name].attrs for name in result.variables)
 
 
+@pytest.mark.slow
 def test_script_writes_fluid_details_and_figure(tmp_path):
     files = measured(tmp_path, ONE_MODE, noise=NOISE)
     done = run_script("fluid_fit.py", *files, "--modes", "1", tmp_path / "out")
@@ -470,6 +471,7 @@ TINY = written()
 FITTED = TINY | {"study": "fitted", "fluid": {"data": ["a.csv"]}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("option", "message"),
     [
@@ -586,6 +588,7 @@ def test_figure_of_a_newtonian_fluid_has_no_storage_modulus():
     assert high / low > 50  # flat is seen as flat
 
 
+@pytest.mark.slow
 def test_figure_is_written_with_its_data(tmp_path):
     paper = study("paper")
     assert paper.shear_rates()[5.0] == pytest.approx(5 / 0.0752)

@@ -228,6 +228,7 @@ def test_start_up_refuses_times_out_of_order(times):
 # ------------------------------------------------------------------------------------ extension
 
 
+@pytest.mark.slow
 @each_fluid
 @pytest.mark.parametrize("rate", [0.01, 0.6, 2.4, 20.0, 300.0])
 def test_steady_extension_is_the_end_of_start_up(fluid, rate):

@@ -255,6 +255,7 @@ def test_design_map_and_movies_cost(study, tmp_path, measured):
 # ------------------------------------------------------------------------------------- command line
 
 
+@pytest.mark.slow
 def test_command_line_with_the_shipped_measurements(tmp_path):
     options = ["--configfile", harness.CONFIG / "tiny.yaml", "--cores", "1"]
     words = harness.output(harness.run_script("estimate_cost.py", *options, folder=tmp_path))

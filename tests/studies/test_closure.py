@@ -68,6 +68,7 @@ def test_without_time_after_the_start_up_there_is_nothing_to_compare():
     assert np.isnan(accuracy.largest_difference(compared))
 
 
+@pytest.mark.slow
 def test_three_spheres_are_a_triplet():
     """The only train for which the closure is exact; both sides come by different ways."""
     three = study(verification={"closure": {"distances": (2.0, 2.0)}})

@@ -40,6 +40,7 @@ def test_newtonian_spheres_move_without_start_up():
     assert result["distance"].values == pytest.approx(np.diff(along, axis=1) / 0.2)
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_where_it_was(tmp_path):
     checkpoint = tmp_path / "run.npz"
     geometry = triplet(TINY, np.inf, 1.5)
@@ -63,6 +64,7 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path):
     np.testing.assert_allclose(rest["velocity"], whole["velocity"], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_checkpoint_of_other_settings_is_not_used(tmp_path):
     checkpoint = tmp_path / "run.npz"
     geometry = triplet(TINY, np.inf, 1.5)

@@ -246,6 +246,7 @@ def config(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_scripts_from_the_command_line(config, tmp_path):
     output = tmp_path / "velocity_table.nc"
     done = run_script("table.py", "--configfile", config, output, *(tmp_path / "dns").iterdir())
@@ -259,6 +260,7 @@ def test_scripts_from_the_command_line(config, tmp_path):
     assert shown.stdout.strip() == summary(table)
 
 
+@pytest.mark.slow
 def test_script_ends_with_a_message_without_a_traceback(config, tmp_path):
     (tmp_path / "dns" / "0.nc").unlink()
     output = tmp_path / "velocity_table.nc"

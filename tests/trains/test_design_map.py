@@ -221,6 +221,7 @@ def test_simulated_trains_follow_the_law_of_the_tube():
 # ----------------------------------------------------------------------------------- command line
 
 
+@pytest.mark.slow
 def test_scripts_from_the_command_line(tiny_table, tmp_path):
     def run(script, *arguments):
         config = "--configfile", CONFIG / "tiny.yaml"

@@ -453,6 +453,7 @@ def test_distribution_of_what_enters_is_uniform():
 # --------------------------------------------------------------------------------------- script
 
 
+@pytest.mark.slow
 def test_script_from_the_command_line(tiny_table, tmp_path):
     command = "trains.py", "--configfile", CONFIG / "tiny.yaml", "--deborah", "1"
     files = tiny_table, tmp_path / "train.nc"

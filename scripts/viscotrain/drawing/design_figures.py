@@ -148,8 +148,8 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
 def _draw_cells(panels: NDArray, dataset: xr.Dataset):
     outlet, end = dataset.isel(station=-1), float(dataset["length"][-1])
     variation, mode = outlet["spacing_variation"].values, outlet["spacing_mode"].values
-    order = design_map.CENTIMETRES * float(dataset["channel_diameter"])
-    order = order * dataset["ordering_length"].values
+    diameter = design_map.CENTIMETRES * float(dataset["channel_diameter"])
+    order = diameter * dataset["ordering_length"].values
     titles = (
         "CV of the spacing at the outlet",
         "touching spheres at the outlet [%]",

@@ -10,6 +10,7 @@ import json
 import string
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -78,7 +79,8 @@ def _layers(table: xr.Dataset, grid: np.ndarray):
         layer = table.sel(deborah=De).transpose("sp", "sf", "particle", ...)
         nodes = np.diff(layer["velocity"].sel(particle=list(PARTICLES)).values, axis=-1)
         lost = {(sp, sf) for at, sp, sf in missing if at == De}
-        item = {"name": f"{De:g}", "colour": to_hex(colour), "surface": None, "pair": None}
+        item: dict[str, Any] = {"name": f"{De:g}", "colour": to_hex(colour)}
+        item |= {"surface": None, "pair": None}
         item["limit"] = float(np.nanmax(np.abs(nodes), initial=NEGLIGIBLE))
         if not lost:
             item |= _interpolated(velocities.at(De), s)

@@ -7,6 +7,7 @@ Words in a frame are physical where De > 0.
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -219,7 +220,7 @@ def make(data: xr.Dataset, folder: str | Path, *, width: int, frame_rate: float)
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    look = {"width": width, "frame_rate": frame_rate}
+    look: dict[str, Any] = {"width": width, "frame_rate": frame_rate}
     paths = [
         write(station_frames(data, n, **look), folder / f"station_{z:g}", frame_rate=frame_rate)
         for n, z in enumerate(data["station"].values)

@@ -107,8 +107,8 @@ def _pair_data(velocities: VelocityTable, deborah: float) -> pd.DataFrame:
     table = velocities.dataset
     missing = [(sp, sf) for De, sp, sf in holes(table) if De == deborah]
     nodes = pairs.tabulated_pair_velocity(table.isel(deborah=velocities.index(deborah)))
-    lost = [(np.inf, sf) in missing for sf in table["sf"].values]
-    sf, lost = table["sf"].values, np.array(lost)
+    sf = table["sf"].values
+    lost = np.array([(np.inf, distance) in missing for distance in sf])
     status = table["status"].isel(deborah=velocities.index(deborah)).sel(sp=np.inf).values
     rough = ~lost & (status == INACCURATE)
     known = ~lost & ~rough

@@ -114,7 +114,9 @@ def _rows(quantity: str, kind: str, x, y) -> pd.DataFrame:
     )
 
 
-def _rates(fluid: Fluid, measured: pd.DataFrame, abscissa: str, marked: list[float]) -> NDArray:
+def _rates(
+    fluid: Fluid, measured: pd.DataFrame, abscissa: str | None, marked: list[float]
+) -> NDArray:
     """Rates of a line in 1/s: those measured, else those where modes act, and the marked ones."""
     of_this = [name for name, column in COLUMNS.items() if column.abscissa == abscissa]
     own = measured.loc[measured["quantity"].isin(of_this), "abscissa"]

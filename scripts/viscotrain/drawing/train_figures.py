@@ -144,7 +144,8 @@ def _pieces(z: NDArray, y: NDArray) -> tuple[list[NDArray], list[NDArray]]:
     touches = np.zeros(y.shape, dtype=bool)
     touches[1:] |= near
     touches[:-1] |= near
-    alone, touching = [], []
+    alone: list[NDArray] = []
+    touching: list[NDArray] = []
     for sphere, state in zip(y, touches, strict=True):
         cuts = [0, *(np.flatnonzero(state[1:] != state[:-1]) + 1), z.size - 1]
         for start, end in itertools.pairwise(cuts):

@@ -37,8 +37,8 @@ def _colours(count: int):
 
 def _point(comparison: xr.Dataset) -> str:
     sp, sf, De = (float(comparison[name]) for name in ("sp", "sf", "deborah"))
-    sp, sf = ("\N{INFINITY}" if np.isinf(s) else f"{s:g}" for s in (sp, sf))
-    return f"De = {De:g}, $s_p$ = {sp}, $s_f$ = {sf}"
+    behind, ahead = ("\N{INFINITY}" if np.isinf(s) else f"{s:g}" for s in (sp, sf))
+    return f"De = {De:g}, $s_p$ = {behind}, $s_f$ = {ahead}"
 
 
 # ------------------------------------------------------------------------------------- start-up

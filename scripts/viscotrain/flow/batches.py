@@ -100,7 +100,8 @@ class BatchedForm:
         """Entries of the rest that are not zero, and their places in matrices of elements."""
         if self._rest_in_elements is None:
             values, columns, firsts = (np.asarray(part) for part in self._rest.mat.CSR())
-            rows = np.repeat(np.arange(len(firsts) - 1), np.diff(firsts.astype(np.int64)))
+            ends = firsts.astype(np.int64)
+            rows = np.repeat(np.arange(len(ends) - 1), ends[1:] - ends[:-1])
             used = np.flatnonzero(values)
             places = self._elements.places(rows[used], columns[used].astype(np.int64))
             self._rest_in_elements = used, places

@@ -69,7 +69,7 @@ class Continuation:
 
     def start_from(self, others: "list[Continuation]"):
         """Guesses from solutions on another mesh or in another order, interpolated."""
-        found = {}
+        found: dict[float, ngsolve.BaseVector] = {}
         for other in others:
             found |= {at: other.flow.embed(known, self.flow) for at, known in other._known}
             other.restore()
@@ -89,9 +89,9 @@ class Continuation:
             return newton.Convergence(), 0
         if self.scout is None:
             return self._walk(De)
-        convergence, iterations = self._follow(De)
+        convergence, iterations = self._follow(self.scout, De)
         if not convergence.converged and not self._known:
-            iterations += self._start_earlier()
+            iterations += self._start_earlier(self.scout)
         if not convergence.converged and (self._known or not self.scout._known):
             convergence, more = self._walk(De)
             iterations += more
@@ -99,12 +99,12 @@ class Continuation:
                 iterations += self.scout.take(self, De)
         return convergence, iterations
 
-    def _start_earlier(self) -> int:
+    def _start_earlier(self, scout: "Continuation") -> int:
         """Solve at the De before, which the scout knows; returns the iterations."""
-        if len(self.scout._known) < 2:
+        if len(scout._known) < 2:
             return 0
-        coordinate, guess = self.scout._known[-2]
-        self.flow.state.vec.data = self.scout.flow.embed(guess, self.flow)
+        coordinate, guess = scout._known[-2]
+        self.flow.state.vec.data = scout.flow.embed(guess, self.flow)
         convergence = self._iterate(_deborah(coordinate), self._tolerance)
         if convergence.converged:
             self._remember(coordinate)
@@ -205,9 +205,8 @@ class Continuation:
                 convergence = trial
         return convergence, iterations
 
-    def _follow(self, De: float) -> tuple[newton.Convergence, int]:
+    def _follow(self, scout: "Continuation", De: float) -> tuple[newton.Convergence, int]:
         """Start from the scout's solution plus what the order changed at the De before."""
-        scout = self.scout
         convergence, iterations = scout.advance(De)
         scout._newton = None  # its factors take much memory
         if not convergence.converged:

@@ -6,7 +6,7 @@ are set apart. `fronts` makes the factors.
 """
 
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +39,11 @@ class Part:
     first: int
     end: int
     halves: list["Part"]
-    unknowns: NDArray | None = None
-    own: NDArray | None = None
-    kept: NDArray | None = None
-    place: int = -1
-    places: list | NDArray | None = None
+    unknowns: NDArray = field(init=False)
+    own: NDArray = field(init=False)
+    kept: NDArray = field(init=False)
+    place: int = field(init=False)
+    places: list[NDArray] | NDArray = field(init=False)
 
 
 class Dissection:

@@ -66,7 +66,8 @@ class Elements:
         self._sorts = sorts
         self._kernels: dict[tuple, NDArray] = {}
         self._samples: dict[int, tuple] = {}
-        self._inverse = None
+        self._inverse: list[list[NDArray]] = []  # of the Jacobian matrix, by row and column
+        self._deformed = False
 
     def _of_kinds(self, space: ngsolve.FESpace, examples: Sequence) -> list[NDArray]:
         """Shape functions on the reference triangle, (quantities, unknowns, points) by kind."""
@@ -87,7 +88,7 @@ class Elements:
 
     def update(self):
         """Take the mesh as it is now: it may have been deformed."""
-        if self._inverse is not None and self._mesh.deformation is None and not self._deformed:
+        if self._inverse and self._mesh.deformation is None and not self._deformed:
             return
         self._samples.clear()
         self._deformed = self._mesh.deformation is not None
@@ -155,10 +156,10 @@ class Elements:
         (xx, xy), (yx, yy) = self._inverse
         for t, flux in enumerate([value, xx * z + xy * r, yx * z + yy * r]):
             np.multiply(flux, self._measure, out=weighted[:, t])
-        weighted = weighted.reshape(self.count, -1)
+        flat = weighted.reshape(self.count, -1)
         result = np.empty(self.of_components[i].shape)
         for kind, shapes in zip(self._kinds, self._tables[self._sorts[i]], strict=True):
-            np.matmul(weighted[kind], shapes, out=result[kind])
+            np.matmul(flat[kind], shapes, out=result[kind])
         return result
 
     def batches(self) -> Iterator[tuple[int, slice]]:
@@ -223,10 +224,11 @@ class Elements:
         """An element with both unknowns, and their places in it."""
         found = []
         for row, column in zip(rows, columns, strict=True):
-            here, there = self.unknowns == row, self.unknowns == column
-            element = int(np.argmax(here.any(axis=1) & there.any(axis=1)))
-            found.append((element, np.argmax(here[element]), np.argmax(there[element])))
-        return tuple(np.array(found, dtype=np.int64).reshape(-1, 3).T)
+            first, second = self.unknowns == row, self.unknowns == column
+            element = int(np.argmax(first.any(axis=1) & second.any(axis=1)))
+            found.append((element, np.argmax(first[element]), np.argmax(second[element])))
+        elements, here, there = np.array(found, dtype=np.int64).reshape(-1, 3).T
+        return elements, here, there
 
 
 def _inner_last(sizes: Sequence[int], inner: Sequence[int]) -> tuple[list, NDArray]:

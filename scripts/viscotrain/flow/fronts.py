@@ -46,9 +46,9 @@ class FrontalFactors:
 
     def __init__(self, dissection: Dissection, batches: Batches):
         self._dissection = dissection
-        self._factors: list[tuple | None] = [None] * len(dissection.parts)
+        self._factors: list = [None] * len(dissection.parts)
         outer = self._condense(batches)
-        passed: list[NDArray | None] = [None] * len(dissection.parts)
+        passed: list = [None] * len(dissection.parts)
         weak = self._factorise(outer, passed, LARGEST)
         while weak:
             kept = [dissection.unknowns[part.kept] for part in dissection.parts]
@@ -66,9 +66,7 @@ class FrontalFactors:
         size = np.abs(self._diagonal[numbers >= 0])
         return np.bincount(numbers[numbers >= 0], size, self._dissection.size) == 0
 
-    def _factorise(
-        self, outer: NDArray, passed: list[NDArray | None], largest: float
-    ) -> list[Part]:
+    def _factorise(self, outer: NDArray, passed: list, largest: float) -> list[Part]:
         """Factorise the fronts that are not yet; returns the parts where the pivots are too small.
 
         Args:
@@ -91,7 +89,7 @@ class FrontalFactors:
                 passed[half.place] = None
         return weak
 
-    def _front(self, part: Part, outer: NDArray, passed: list[NDArray | None]) -> NDArray:
+    def _front(self, part: Part, outer: NDArray, passed: list) -> NDArray:
         """The matrix of a part, of its elements or of what its halves pass on."""
         size = part.own.size + part.kept.size
         if part.halves:
@@ -100,9 +98,10 @@ class FrontalFactors:
                 _add(F, place, passed[half.place])
             return F
         members = outer[self._dissection.order[part.first : part.end]]
-        places = part.places[:, :, None] + (size + 1) * part.places[:, None, :]
-        F = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
-        return F.reshape(size + 1, size + 1).T[:size, :size]
+        mine = np.asarray(part.places)
+        places = mine[:, :, None] + (size + 1) * mine[:, None, :]
+        entries: NDArray = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
+        return entries.reshape(size + 1, size + 1).T[:size, :size]
 
     @staticmethod
     def _eliminate(F: NDArray, own: int, largest: float) -> tuple[tuple, NDArray] | None:
@@ -119,7 +118,7 @@ class FrontalFactors:
                 return None
         return (lu, pivots, W, below), F[own:, own:] - below @ W
 
-    def _reorder(self, kept: list[NDArray], passed: list[NDArray | None]):
+    def _reorder(self, kept: list[NDArray], passed: list):
         """Bring what is known into the new order of the unknowns, after some were delayed.
 
         Args:

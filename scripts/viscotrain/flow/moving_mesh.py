@@ -35,7 +35,7 @@ class MovingMesh:
         self.flow = flow
         geometry = flow.geometry
         names = list(geometry.spheres)
-        self._reference = names.index(geometry.reference) if names else None
+        self._reference = None if geometry.reference is None else names.index(geometry.reference)
         self._moving = [k for k in range(len(names)) if k != self._reference]
         self._shapes = [self._shape(k) for k in self._moving]
         self._displacement = ngsolve.GridFunction(VectorH1(flow.mesh, order=1))
@@ -52,6 +52,7 @@ class MovingMesh:
     @property
     def reference_position(self) -> float:
         """Of the reference sphere in the box, in D."""
+        assert self._reference is not None  # without spheres nothing is asked
         return self.flow.geometry.positions[self._reference]
 
     def velocity(self, speeds: Sequence) -> Velocity:

@@ -233,9 +233,10 @@ class _Ladder:
         path, found, plan = self._climb(start, De, self._higher)
         iterations += found.iterations
         for _ in range(REFINEMENTS):
-            if found.accurate or plan is None or self._remesh is None:
+            if found.accurate or plan is None or plan.sizes is None or self._remesh is None:
                 break
-            finer = self._on_another_mesh(plan, [start, path])
+            mesh = self._remesh(plan.sizes)
+            finer = self._on_another_mesh(mesh, plan.order - 1, [start, path])
             convergence, more = finer.advance(De)
             iterations += more
             if not convergence.converged:
@@ -323,11 +324,13 @@ class _Ladder:
         enough = left <= error.decisive / refinement.LEAST_REDUCTION
         return refinement.Plan(order, sizes) if enough else None
 
-    def _on_another_mesh(self, plan: refinement.Plan, known: list[Continuation]) -> Continuation:
-        """In the order below that of the plan, with what is known as guesses."""
-        flow = self._top.on(self._remesh(plan.sizes))
-        below = flow.variant(flow.fluid, plan.order - 1)
-        finer = Continuation(below, SCOUT_TOLERANCE, self._options.steps)
+    def _on_another_mesh(
+        self, mesh: ngsolve.Mesh, order: int, known: list[Continuation]
+    ) -> Continuation:
+        """With what is known as guesses."""
+        top = self._top
+        flow = Flow(top.geometry, mesh, top.fluid, order, top.mean_velocity)
+        finer = Continuation(flow, SCOUT_TOLERANCE, self._options.steps)
         finer.start_from(known)
         return finer
 

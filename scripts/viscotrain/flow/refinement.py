@@ -136,7 +136,9 @@ def estimate(
 def compared(flow: Flow, below: Flow) -> Estimate:
     """The distance from the order below, in place of an estimate; without contributions."""
     differences = np.subtract(flow.relative_velocities(), below.relative_velocities())
-    U, U_below = (each.sphere_velocities()[flow.geometry.reference] for each in (flow, below))
+    reference = flow.geometry.reference
+    assert reference is not None  # there are spheres
+    U, U_below = (each.sphere_velocities()[reference] for each in (flow, below))
     none = np.array([])
     return Estimate(
         flow.velocity_order, abs(U - U_below), tuple(np.abs(differences)), none, none, math.nan
@@ -232,6 +234,7 @@ def refined(
 def _goals(flow: Flow) -> list[ngsolve.BaseVector]:
     """U of the reference sphere, then the relative velocities along the flow."""
     names = flow.geometry.spheres
+    assert flow.geometry.reference is not None  # there are spheres
     pairs = [(flow.geometry.reference, "wall"), *zip(names[1:], names, strict=False)]
     return [_difference(flow, one, other) for one, other in pairs]
 

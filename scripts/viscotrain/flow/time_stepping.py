@@ -23,12 +23,14 @@ local error of the velocities and distances; velocities relative to the referenc
 matter, have a smaller tolerance than the one they share.
 """
 
+import functools
 import math
 import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import ngsolve
 import numpy as np
@@ -125,7 +127,8 @@ class _History:
 
     def _polynomial(self, vectors: list[np.ndarray], time: float) -> np.ndarray:
         weights = _lagrange(self.times, time)
-        return sum(w * vector for w, vector in zip(weights, vectors, strict=True))
+        terms = (w * vector for w, vector in zip(weights, vectors, strict=True))
+        return functools.reduce(np.add, terms)
 
     def difference(self, dt: float) -> tuple[float, list[float]]:
         """Coefficients of the backward difference over dt: of the new state, of the old ones."""
@@ -189,7 +192,7 @@ class Transient:
 
     def geometry(self) -> Geometry:
         """The present one, in a box of its own."""
-        return self.flow.geometry.moved(self._history.positions[-1])
+        return self.flow.geometry.moved(self._history.positions[-1].tolist())
 
     # ---------------------------------------------------------------------------------- time
 
@@ -345,6 +348,10 @@ class Transient:
         """
         history = self._history
         partial = path.with_suffix(".partial.npz")
+        instants: dict[str, Any] = {
+            f"instant_{name}": [getattr(instant, name) for instant in self.instants]
+            for name in _INSTANT_FIELDS
+        }
         np.savez(
             partial,
             times=history.times,
@@ -353,10 +360,7 @@ class Transient:
             meshed_positions=self.flow.geometry.positions,
             step=self._dt,
             signature=signature,
-            **{
-                f"instant_{name}": [getattr(instant, name) for instant in self.instants]
-                for name in _INSTANT_FIELDS
-            },
+            **instants,
         )
         os.replace(partial, path)
 

@@ -18,7 +18,7 @@ import difflib
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import pandas as pd
 
@@ -74,7 +74,9 @@ class _File:
     """Rows and problems of one file."""
 
     def __init__(self, path: Path):
-        self.path, self.rows, self.problems = path, [], []
+        self.path = path
+        self.rows: list[dict] = []
+        self.problems: list[str] = []
         self._last: dict[str, tuple[float, int]] = {}  # of each abscissa: value and line
         with contextlib.suppress(_Unusable):
             self._read()
@@ -83,7 +85,7 @@ class _File:
         where = str(self.path) if line is None else f"{self.path}, line {line}"
         self.problems.append(f"{where}: {text}")
 
-    def _unusable(self, line: int | None, text: str):
+    def _unusable(self, line: int | None, text: str) -> NoReturn:
         self._problem(line, text)
         raise _Unusable
 
@@ -110,9 +112,9 @@ class _File:
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
-            line = content.count(b"\n", 0, error.start) + 1
+            number = content.count(b"\n", 0, error.start) + 1
             byte = content[error.start]
-            self._unusable(line, f"found the byte 0x{byte:02x}; allowed: UTF-8 text")
+            self._unusable(number, f"found the byte 0x{byte:02x}; allowed: UTF-8 text")
         for number, line in enumerate(text.splitlines(), start=1):
             if line.strip() and not line.lstrip().startswith("#"):
                 cells = next(csv.reader([line], skipinitialspace=True))

@@ -10,6 +10,7 @@ and `origin` tells which points these are.
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -71,7 +72,7 @@ def combine(
     """
     table = _empty(sp, sf, deborah, attributes or {})
     reasons: dict[tuple[float, float, float], str] = {}
-    seen = set()
+    seen: set[tuple[float, ...]] = set()
     for result in spread(results, itertools.product(sp, sf)):
         geometry = triplet_of(result)
         points = {(*geometry, De) for De in result["deborah"].values}
@@ -116,7 +117,7 @@ def _turned(result: xr.Dataset, sp: float, sf: float) -> xr.Dataset:
     else:
         # Trailing and middle become middle and leading, or back; the third is not there.
         U, origin = np.roll(U, 1 if np.isinf(sp) else -1, axis=-1), SAME_PAIR
-    present = {
+    present: dict[str, Any] = {
         name: result[other]
         for name, other in zip(PRESENT, PRESENT[::-1], strict=True)
         if other in result

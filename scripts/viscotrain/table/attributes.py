@@ -1,5 +1,7 @@
 """Variables of the table: names, codes, and what they mean."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -10,11 +12,11 @@ from viscotrain.words import (
     SOLVED,
 )
 
-ITSELF, SAME_PAIR, MIRROR = np.int8([0, 1, 2])
+ITSELF, SAME_PAIR, MIRROR = np.int8(0), np.int8(1), np.int8(2)
 ERRORS = ("velocity_error", "relative_velocity_error")  # estimated by the simulation
 PRESENT = ("present_sp", "present_sf")  # of transient results: distances at that time
 DEBORAH_COORDINATES = ("deborah_longest_mode", "deborah_mean_relaxation_time")
-ATTRIBUTES = {
+ATTRIBUTES: dict[str, dict[str, Any]] = {
     "deborah": {"long_name": "Deborah number, as the study defines it", "units": "1"},
     "sp": {
         "long_name": "distance of middle to trailing sphere, centre to centre over diameter",
@@ -44,7 +46,7 @@ ATTRIBUTES = {
     },
     "status": {
         "long_name": "outcome of the simulation",
-        "flag_values": np.int8([SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE]),
+        "flag_values": np.array([SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE], np.int8),
         "flag_meanings": "solved not_converged not_attempted inaccurate",
         "comment": "inaccurate: solved, with an estimated error above what is allowed, or none",
     },
@@ -61,7 +63,7 @@ ATTRIBUTES = {
     },
     "origin": {
         "long_name": "simulation that the velocities are from",
-        "flag_values": np.int8([ITSELF, SAME_PAIR, MIRROR]),
+        "flag_values": np.array([ITSELF, SAME_PAIR, MIRROR]),
         "flag_meanings": "itself same_pair_with_other_names mirror_image_at_deborah_0",
     },
     "fallback": {
@@ -101,5 +103,5 @@ def described(table: xr.Dataset) -> xr.Dataset:
     """Add attributes to the variables that have none."""
     for name, variable in table.variables.items():
         if not variable.attrs:
-            variable.attrs.update(ATTRIBUTES.get(name, {}))
+            variable.attrs.update(ATTRIBUTES.get(str(name), {}))
     return table

@@ -38,8 +38,9 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
         for k in np.flatnonzero(np.isin(De, result["deborah"])):
             point = result.sel(deborah=De[k], particle=list(PARTICLES))
             simulated[k, n] = point["velocity"].values
-            if interpolants[k] is not None and has_solution(point["status"]):
-                interpolated[k, n] = interpolants[k](*_distances(point))
+            interpolant = interpolants[k]
+            if interpolant is not None and has_solution(point["status"]):
+                interpolated[k, n] = interpolant(*_distances(point))
     errors = np.diff(interpolated, axis=-1) - np.diff(simulated, axis=-1)
     return described(
         table.assign(
@@ -51,8 +52,8 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
 
 def _distances(point: xr.Dataset) -> tuple[float, float]:
     """Those at which the velocities of a result hold."""
-    names = PRESENT if PRESENT[0] in point else ("sp", "sf")
-    return tuple(float(point[name]) for name in names)
+    sp, sf = PRESENT if PRESENT[0] in point else ("sp", "sf")
+    return float(point[sp]), float(point[sf])
 
 
 def layers(table: xr.Dataset) -> Iterator[TripletVelocities | None]:

@@ -13,7 +13,7 @@ from viscotrain.words import (
 
 def holes(table: xr.Dataset) -> Iterator[tuple[float, float, float]]:
     """Every (De, sp, sf) that has no solution: a status says so, or a velocity is not finite."""
-    good = np.isfinite(table["velocity"]).all("particle") & has_solution(table["status"])
+    good = (abs(table["velocity"]) < np.inf).all("particle") & has_solution(table["status"])
     for k, i, j in np.argwhere(~good.transpose("deborah", "sp", "sf").values):
         yield float(table["deborah"][k]), float(table["sp"][i]), float(table["sf"][j])
 

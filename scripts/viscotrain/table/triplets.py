@@ -27,7 +27,9 @@ def simulated_as(sp: float, sf: float, deborah: float, grid: Collection[Triplet]
     Of two twins the one whose sp is smaller is simulated: (s, inf), and at De = 0 sp < sf.
     """
     other = twin(sp, sf, deborah)
-    return other if other in grid and other < (sp, sf) else (sp, sf)
+    if other is not None and other in grid and other < (sp, sf):
+        return other
+    return sp, sf
 
 
 def simulations(

@@ -58,7 +58,7 @@ def chain_motion(velocities: Velocities, gap: NDArray) -> ChainMotion:
     if s.size < 2:  # one or two spheres, each the middle one of a triplet with missing neighbours
         none = np.array([np.inf])
         sp, sf = np.concatenate([none, s]), np.concatenate([s, none])
-        particle = MIDDLE
+        particle: int | NDArray = MIDDLE
     else:
         sp = np.concatenate([s[:1], s[:-1], s[-2:-1]])
         sf = np.concatenate([s[1:2], s[1:], s[-1:]])

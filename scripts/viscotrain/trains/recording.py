@@ -100,7 +100,8 @@ class _Train:
         z = self.channel.positions(y)
         leaves = bool(z.size) and z[-1] >= outlet
         if leaves:
-            tau = arrival(outlet - self.z[-1], velocity[-1], z[-1] - self.z[-1], step.duration)
+            way = z[-1] - self.z[-1]
+            tau = float(arrival(outlet - self.z[-1], velocity[-1], way, step.duration))
             y = step.state(tau)
             z = self.channel.positions(y)
             z[-1] = outlet
@@ -171,11 +172,11 @@ def record_train(
     volume_fraction: float,
     centreline_velocity: float,
     length: float,
-    stations: Sequence[float],
+    stations: Sequence[float] | NDArray,
     passages: int,
     rng: np.random.Generator,
     tolerance: float = TOLERANCE,
-    snapshot_times: Sequence[float] | None = None,
+    snapshot_times: Sequence[float] | NDArray | None = None,
 ) -> Record:
     """Simulate one train until `passages` spheres of the steady state have passed every station.
 
@@ -196,7 +197,7 @@ def record_train(
         TrainError: The train does not fit the channel, stations are not as above, or spheres
             were lost, which is a bug.
     """
-    stations = _checked(stations, length)
+    places = _checked(stations, length)
     law = injection_law(
         confinement=confinement,
         volume_fraction=volume_fraction,
@@ -204,7 +205,7 @@ def record_train(
         slowest=velocities.slowest,
     )
     channel = Channel(velocities, confinement, tolerance)
-    train = _Train(channel, stations, passages, initial_positions(law, velocities.isolated, rng))
+    train = _Train(channel, places, passages, initial_positions(law, velocities.isolated, rng))
     _refuse_short_channel(train, length, volume_fraction)
     if snapshot_times is None:
         snapshot_times = np.arange(SNAPSHOTS) * (passages * law.mean) / SNAPSHOTS
@@ -212,12 +213,12 @@ def record_train(
     return _closed(train)
 
 
-def _checked(stations: Sequence[float], length: float) -> NDArray:
+def _checked(stations: Sequence[float] | NDArray, length: float) -> NDArray:
     """Stations that ascend within the channel."""
-    stations = np.asarray(stations, dtype=float)
-    if not (np.all(np.diff(stations) > 0) and np.all((stations >= 0) & (stations <= length))):
-        raise TrainError(f"stations are {stations.tolist()}; allowed: ascending, 0 to {length:g}")
-    return stations
+    places = np.asarray(stations, dtype=float)
+    if not (np.all(np.diff(places) > 0) and np.all((places >= 0) & (places <= length))):
+        raise TrainError(f"stations are {places.tolist()}; allowed: ascending, 0 to {length:g}")
+    return places
 
 
 def _refuse_short_channel(train: _Train, length: float, volume_fraction: float):
@@ -233,7 +234,7 @@ def _flow_through(
     length: float,
     law: InjectionLaw,
     rng: np.random.Generator,
-    snapshot_times: Sequence[float],
+    snapshot_times: Sequence[float] | NDArray,
 ):
     """Inject spheres and move them on until the record is complete."""
     injection = law.draw(rng)
@@ -253,7 +254,7 @@ def _flow_through(
             injection = train.time + law.draw(rng)
 
 
-def _begin_recording(train: _Train, snapshot_times: Iterable[float]):
+def _begin_recording(train: _Train, snapshot_times: Iterable):
     train.first_recorded = len(train.record.entry_time)
     train.record.snapshot_time = [train.time + float(after) for after in snapshot_times]
 

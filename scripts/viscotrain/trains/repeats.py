@@ -1,6 +1,7 @@
 """What the trains stage stores: all repeats of one condition as a dataset, and it in words."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -57,8 +58,8 @@ def run_repeats(
             physical scales.
         attributes: Global attributes.
     """
-    stations = np.asarray(stations, dtype=float)
-    conditions = {
+    places = np.asarray(stations, dtype=float)
+    conditions: dict[str, Any] = {
         "confinement": confinement,
         "volume_fraction": volume_fraction,
         "centreline_velocity": centreline_velocity,
@@ -69,16 +70,16 @@ def run_repeats(
             velocities,
             **conditions,
             length=length,
-            stations=stations if repeat else np.union1d(stations, track_stations),
+            stations=places if repeat else np.union1d(places, track_stations),
             passages=passages,
             rng=np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,))),
         )
         for repeat in range(repeats)
     ]
-    track_time = _apart(records[0], stations, track_stations)
+    track_time = _apart(records[0], places, track_stations)
     tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
     law = mean_spacing(confinement, volume_fraction)
-    dataset = xr.merge([_results(records, stations, law), tracks])
+    dataset = xr.merge([_results(records, places, law), tracks])
     scalars = _scalars(velocities, **conditions, length=length)
     for name, value, units, long_name in [*scalars, *factors]:
         dataset[name] = ((), value, {"long_name": long_name, "units": units})
