@@ -8,7 +8,8 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 from synthetic import PAPER_NODES, constant, triplet
 
-from viscotrain.config.models import load_study
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
 from viscotrain.studies import accuracy, closure
 from viscotrain.words import LEADING, MIDDLE, TRAILING
 
@@ -77,7 +78,7 @@ def test_three_spheres_are_a_triplet():
     study = study.model_copy(
         update={"verification": study.verification.model_copy(update={"closure": own})}
     )
-    rows = closure.error_at_gap(study, 0.5, report=print)
+    rows = closure.error_at_gap(stages.closure_gap(study), 0.5, report=print)
     assert rows["number"].tolist() == [1, 2]
     assert rows["direct"].abs().max() > 1e-5
     assert rows["error"].abs().max() < 1e-9

@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from viscotrain.config.models import load_study
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
 from viscotrain.flow import continuation, newton
 from viscotrain.flow.discretisation import Flow, copy
 from viscotrain.flow.geometry import Geometry
@@ -30,7 +31,8 @@ def study(confinement=0.2, deborah=(0.0,), **dns_settings):
     particle = DEMO.particle.model_copy(update={"diameter": confinement * DEMO.channel.diameter})
     values = DEMO.deborah.model_copy(update={"values": deborah})
     settings = DEMO.dns.model_copy(update=dns_settings)
-    return DEMO.model_copy(update={"particle": particle, "deborah": values, "dns": settings})
+    changed = {"particle": particle, "deborah": values, "dns": settings}
+    return stages.flow(DEMO.model_copy(update=changed))
 
 
 def velocities(sp, sf, **options) -> np.ndarray:

@@ -13,7 +13,8 @@ import yaml
 from matplotlib.patches import Rectangle
 from synthetic import dns_result, triplet
 
-from viscotrain.config.models import load_study
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
 from viscotrain.drawing import design_figures, figures
 from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Mode
 from viscotrain.jobs import datasets
@@ -257,7 +258,7 @@ def test_scripts_from_the_command_line(tmp_path):
     assert (tmp_path / "figures" / "design_map.csv").exists()
     assert "of 2 conditions" in words
     result = xr.load_dataset(tmp_path / "map.nc")
-    scales = load_study(tmp_path / "study.yaml").scales(1.0)
+    scales = stages.physical(load_study(tmp_path / "study.yaml")).scales(1.0)
     assert float(result["flow_rate"][0]) == scales.flow_rate
     assert result["volume_fraction"].values.tolist() == [0.01, 0.015]
     assert result["station"].values.tolist() == [0, 5, 10, 15, 20]

@@ -8,13 +8,16 @@ import pytest
 import xarray as xr
 import yaml
 
-from viscotrain.config.models import load_study, parse_study
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
+from viscotrain.config.settings import FlowSettings
 from viscotrain.jobs import datasets, provenance
 from viscotrain.studies import dns
 from viscotrain.words import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED, has_solution
 
 ROOT = Path(__file__).parents[1]
-TINY = load_study(ROOT / "config" / "tiny.yaml")
+STUDY = load_study(ROOT / "config" / "tiny.yaml")
+TINY = stages.flow(STUDY)
 
 
 def quiet(_):
@@ -27,7 +30,7 @@ def solved(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dns")
     lines = []
     result, timing = dns.solve_geometry(TINY, 1.5, 1.5, lines.append, vtu_folder=folder)
-    result = provenance.stamped(result, TINY.resolved_yaml())
+    result = result.assign_attrs(provenance.attributes("test", TINY, "0123"))
     datasets.write(result, folder / "result.nc")
     return xr.load_dataset(folder / "result.nc"), timing, lines, folder
 
@@ -44,8 +47,9 @@ def test_dataset_is_complete_finite_and_described(solved):
             assert variable.attrs["units"], name
     for coordinate in result.coords.values():
         assert "_FillValue" not in coordinate.encoding or coordinate.dtype.kind != "f"
-    assert set(result.attrs) >= {"git_commit", "physics_digest", "software_versions"}
-    assert parse_study(yaml.safe_load(result.attrs["study_config"])) == TINY
+    assert set(result.attrs) >= {"git_commit", "code_digest", "software_versions"}
+    again = FlowSettings.model_validate(yaml.safe_load(result.attrs["settings"]))
+    assert again.stated().text() == TINY.stated().text()
 
 
 def test_velocities_are_ordered_and_plausible(solved):
@@ -69,8 +73,8 @@ def test_both_deborah_numbers_are_stored(solved):
 
 def test_the_log_has_a_line_per_deborah_number(solved):
     _, timing, lines, _ = solved
-    assert len(lines) == len(TINY.deborah.values) == len(timing)
-    for De, line in zip(TINY.deborah.values, lines, strict=True):
+    assert len(lines) == len(TINY.deborah) == len(timing)
+    for De, line in zip(TINY.deborah, lines, strict=True):
         assert line.startswith(f"De {De:g}:")
         assert "iterations" in line and "residual" in line and "CPU s" in line
 
@@ -113,10 +117,13 @@ def test_a_point_that_is_not_accurate_is_solved_and_marked():
 
 def test_no_unique_flow_is_named():
     """A mobility above 1/2 with hardly any solvent: shear stress decreases with the rate."""
-    modes = (TINY.fluid.modes[0].model_copy(update={"mobility": 0.95}),)
-    fluid = TINY.fluid.model_copy(update={"modes": modes, "solvent_viscosity": 1e-4})
-    failing = TINY.dns.model_copy(update={"max_iterations": 1})
-    study = TINY.model_copy(update={"fluid": fluid, "dns": failing}).at([5.0])
+    modes = (STUDY.fluid.modes[0].model_copy(update={"mobility": 0.95}),)
+    fluid = STUDY.fluid.model_copy(update={"modes": modes, "solvent_viscosity": 1e-4})
+    failing = STUDY.dns.model_copy(update={"max_iterations": 1})
+    deborah = STUDY.deborah.model_copy(update={"values": (5.0,)})
+    study = stages.flow(
+        STUDY.model_copy(update={"fluid": fluid, "dns": failing, "deborah": deborah})
+    )
     assert math.isnan(dns.undisturbed(study, 5.0).centreline_velocity)
     result, _ = dns.solve_geometry(study, math.inf, math.inf, quiet)
     assert "no unique steady flow: shear stress" in str(result["reason"][0].item())
@@ -169,7 +176,7 @@ def test_sampled_fields_have_the_flow_in_them():
 def velocities(study, sp, sf):
     """U by De and particle, of a direct solution at every De."""
     found = [s.velocities for _, s in dns.solutions(study, dns.triplet(study, sp, sf))]
-    assert len(found) == len(study.deborah.values)
+    assert len(found) == len(study.deborah)
     return found
 
 
@@ -190,8 +197,8 @@ def test_the_mirror_image_has_the_same_velocities_without_elasticity():
 
 def test_a_file_holds_the_deborah_numbers_at_which_it_is_needed():
     axis = (1.2, 1.5, math.inf)
-    table = TINY.table.model_copy(update={"sp": axis, "sf": axis})
-    study = TINY.model_copy(update={"table": table})
-    result, timing = dns.solve_geometry(study, 1.5, 1.2, quiet)
+    table = STUDY.table.model_copy(update={"sp": axis, "sf": axis})
+    settings = stages.dns(STUDY.model_copy(update={"table": table}), 1.5, 1.2)
+    result, timing = dns.solve_geometry(settings, 1.5, 1.2, quiet)
     assert result["deborah"].values.tolist() == [1.0]
     assert timing["deborah"].tolist() == [1.0]

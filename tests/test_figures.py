@@ -390,7 +390,7 @@ def test_script_from_the_command_line(table, tmp_path):
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 3
     data = xr.load_dataset(tmp_path / "figures" / "relative_velocities_De1.nc")
-    assert yaml.safe_load(data.attrs["study_config"])["study"] == "tiny"
+    assert yaml.safe_load(data.attrs["settings"])["confinement"] == 0.2
     done = subprocess.run([*script, "pairs", tmp_path / "table.nc", tmp_path], capture_output=True)
     assert done.returncode == 1
     assert done.stderr.startswith(b"error: figure is 'pairs'")

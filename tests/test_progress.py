@@ -5,8 +5,11 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from viscotrain.config.models import load_study, simulated_deborahs
+from viscotrain.config import stages
+from viscotrain.config.geometries import simulated_deborahs
+from viscotrain.config.reading import load_study
 from viscotrain.jobs import progress, provenance
+from viscotrain.jobs.digests import digest
 from viscotrain.words import INACCURATE
 
 INF = float("inf")
@@ -23,7 +26,7 @@ def result(sp, sf, failed_from=INF):
     return xr.Dataset(
         {"status": ("deborah", status), "reason": ("deborah", reason)},
         coords={"deborah": list(deborahs)},
-        attrs=provenance.attributes("test", STUDY.resolved_yaml()),
+        attrs=provenance.attributes("test", stages.dns(STUDY, sp, sf), digest("dns")),
     )
 
 

@@ -7,7 +7,8 @@ import ngsolve
 import numpy as np
 import pytest
 
-from viscotrain.config.models import load_study
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
 from viscotrain.flow import continuation, newton, refinement
 from viscotrain.flow.discretisation import copy
 from viscotrain.flow.meshes import Sizes
@@ -15,7 +16,7 @@ from viscotrain.studies.dns import make_flow, mesh_of, triplet
 
 DEMO = load_study(Path(__file__).parents[1] / "config" / "config.yaml")
 COARSE = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
-STUDY = DEMO.model_copy(update={"dns": DEMO.dns.model_copy(update=COARSE)})
+STUDY = stages.flow(DEMO.model_copy(update={"dns": DEMO.dns.model_copy(update=COARSE)}))
 DEBORAH = 1.0
 
 

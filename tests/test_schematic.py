@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 from matplotlib.patches import Circle, Rectangle
 
-from viscotrain.config.models import load_study
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
 from viscotrain.drawing import schematic
 from viscotrain.flow.geometry import Geometry
+from viscotrain.fluid.parameters import mean_spacing
 
 CONFIG = Path(__file__).parents[1] / "config"
 
 
 @pytest.fixture(scope="module", params=["config", "paper", "tiny"])
 def study(request):
-    return load_study(CONFIG / f"{request.param}.yaml")
+    return stages.schematic(load_study(CONFIG / f"{request.param}.yaml"))
 
 
 @pytest.fixture
@@ -30,8 +32,8 @@ def spheres(axes):
 def test_triplet_is_the_geometry_of_the_simulation(study, drawing):
     data = drawing.data
     sp, sf = float(data["sp"]), float(data["sf"])
-    assert sp in study.table.sp and sf in study.table.sf
-    geometry = Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
+    assert sp in study.sp and sf in study.sf
+    geometry = Geometry.triplet(study.confinement, sp, sf, study.margin)
     drawn = [sphere.center[0] for sphere in spheres(drawing.figure.axes[0])]
     middle = geometry.positions[1]
     np.testing.assert_allclose(drawn, np.array(geometry.positions) - middle)
@@ -48,8 +50,8 @@ def test_diameters_and_mean_spacing_are_in_proportion(study, drawing):
     z = np.sort([sphere.center[0] for sphere in spheres(drawing.figure.axes[1])])
     assert z[0] == 0
     assert np.diff(z).min() > study.confinement  # no overlap
-    phi = study.trains.volume_fraction[0]
-    spacing = study.mean_spacing(phi) * study.confinement
+    phi = study.volume_fraction
+    spacing = mean_spacing(study.confinement, phi) * study.confinement
     np.testing.assert_allclose(np.diff(z)[-2:], spacing)
 
 
@@ -66,4 +68,4 @@ def test_everything_is_named(study, drawing):
         "leading",
     ):
         assert word in words
-    assert f"outlet, $z$ = {study.channel.length:g} $D$" in words
+    assert f"outlet, $z$ = {study.channel_length:g} $D$" in words

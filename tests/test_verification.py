@@ -9,14 +9,15 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from viscotrain.config.models import load_study
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
 from viscotrain.drawing import verification_figures
 from viscotrain.studies import accuracy
 from viscotrain.studies.accuracy import KINDS, RELATIVE, observed_orders, with_errors
 from viscotrain.studies.convergence import settings
 
 CONFIG = Path(__file__).parents[1] / "config"
-DEMO = load_study(CONFIG / "config.yaml")
+DEMO = stages.convergence(load_study(CONFIG / "config.yaml"))
 
 
 def rows(values, error, default, deborah=1.0):
@@ -105,7 +106,7 @@ def test_boxes_are_longer_than_the_default_one():
 
 
 def test_no_order_is_below_the_lowest():
-    tiny = load_study(CONFIG / "tiny.yaml")
+    tiny = stages.convergence(load_study(CONFIG / "tiny.yaml"))
     assert [order for order, _, _ in settings(tiny, "order")] == [2, 3, 4, 5]
 
 

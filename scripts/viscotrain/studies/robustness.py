@@ -31,7 +31,7 @@ from viscotrain.config.models import DnsConfig
 from viscotrain.flow import continuation as dns
 from viscotrain.flow.process import use_one_core
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
-from viscotrain.jobs import provenance
+from viscotrain.jobs.digests import digest
 from viscotrain.studies import dns as simulation
 from viscotrain.words import PARTICLES
 
@@ -254,7 +254,7 @@ def _parameters(point: Point, run: str) -> dict:
         "sp": point.sp,
         "sf": point.sf,
         "deborah": point.deborah,
-        "physics_digest": provenance.digest(provenance.PHYSICS),
+        "physics_digest": digest("dns"),
     }
 
 
@@ -398,9 +398,6 @@ def report(table: pd.DataFrame) -> str:
         )
     seconds = runs["cpu_seconds"]
     lines.append(f"cost: median {seconds.median():.0f}, maximum {seconds.max():.0f} CPU s")
-    if (
-        runs["physics_digest"].nunique() > 1
-        or not (runs["physics_digest"] == provenance.digest(provenance.PHYSICS)).all()
-    ):
+    if runs["physics_digest"].nunique() > 1 or not (runs["physics_digest"] == digest("dns")).all():
         lines.append("note: some rows are of another version of the solver")
     return "\n".join(lines)

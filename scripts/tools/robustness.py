@@ -1,6 +1,6 @@
 r"""How far the solver reaches and how true its error estimates are, on a designed sample.
 
-    python scripts/robustness.py --verify --jobs 2
+    python scripts/tools/robustness.py --verify --jobs 2
 
 solves all points that are not in the output yet, appends a row for each, and prints the summary.
 `--points 0:10` takes some of them; `--verify` also solves a finer reference of those that converge.
@@ -22,7 +22,7 @@ import pandas as pd
 from viscotrain.studies import robustness
 from viscotrain.studies.robustness import DEFAULT, REFERENCE
 
-OUTPUT = Path(__file__).parents[1] / "tests" / "verification" / "robustness" / "sample.csv"
+OUTPUT = Path(__file__).parents[2] / "tests" / "verification" / "robustness" / "sample.csv"
 
 
 def progress(line: str):
