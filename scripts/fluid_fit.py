@@ -8,10 +8,14 @@ python scripts/fluid_fit.py oscillation.csv shear.csv --modes 2 FOLDER
 
 import argparse
 import math
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is imported
+
 from pathlib import Path
 
 from viscotrain.config.settings import FluidFitSettings
-from viscotrain.fluid import fluid_fit, measurements  # after `entry`, which sets BLAS to one thread
+from viscotrain.fluid import fit_report, fluid_fit, measurements
 from viscotrain.jobs import datasets, drawings
 from viscotrain.jobs.entry import Job, folder_of, made, option, run, taken
 
@@ -25,11 +29,11 @@ def main(job: Job, files: list[Path], folder: Path):
     """Fit to the files; write the fluid and the details, and by hand draw them."""
     own = job.settings
     result = fluid_fit.fit(measurements.read(files), own.modes, own.solvent_viscosity)
-    print(fluid_fit.summary(result))
-    text = fluid_fit.as_yaml(result.chosen)
+    print(fit_report.summary(result))
+    text = fit_report.as_yaml(result.chosen)
     attributes = job.attributes("fluid fitted to measured data") | {"fluid": text}
     folder.mkdir(parents=True, exist_ok=True)
-    datasets.write(fluid_fit.dataset(result, attributes), folder / "fit.nc")
+    datasets.write(fit_report.dataset(result, attributes), folder / "fit.nc")
     (folder / "fluid.yaml").write_text(text, encoding="utf-8")
     if job.by_hand:
         from viscotrain.drawing.rheology_figure import rheology

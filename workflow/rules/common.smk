@@ -115,7 +115,7 @@ REPORTS = [
 
 
 def given(script, settings=None):
-    """Parameters of every rule with a script: what its numbers follow from, besides its input."""
+    """Parameters of all rules with scripts: what numbers follow from, besides the input."""
     own = {} if settings is None else {"settings": settings.stated()}
     return {"study": STUDY.study, "code": digest(script), **own}
 
@@ -144,7 +144,7 @@ def largest_deborah(wildcards):
 
 
 def solving(stage):
-    """Resources of a rule that solves flows."""
+    """Resources of what solves flows."""
     return {
         "mem_mb": lambda wildcards, attempt: resources.megabytes(
             largest_deborah(wildcards), attempt
@@ -156,7 +156,7 @@ def solving(stage):
 
 
 def not_solving(minutes=10):
-    """Resources of a rule that does not."""
+    """Resources of what does not."""
     return {
         "mem_mb": lambda wildcards, attempt: resources.OTHER_MB * 2 ** (attempt - 1),
         "runtime": lambda wildcards, attempt: minutes * 2 ** (attempt - 1),

@@ -7,12 +7,13 @@ default stand. What a single key may hold stands in the models, what keys must a
 Nothing in this room imports NGSolve or numpy: the workflow reads it for every job.
 """
 
-import math
 from typing import Any, Literal
 
 from pydantic import model_serializer
 
 from viscotrain.config.keys import DeborahNumber, Distance, ListOf, Section, key
+from viscotrain.errors import FluidError
+from viscotrain.fluid.parameters import Fluid, Mode
 
 
 class ModeConfig(Section):
@@ -69,15 +70,16 @@ class FluidConfig(Section):
             unused.add("fit")
         return {name: value for name, value in serialize(self).items() if name not in unused}
 
-    @property
-    def zero_shear_viscosity(self) -> float:
-        """Solvent plus modes, eta_0, in Pa s."""
-        return self.solvent_viscosity + sum(mode.viscosity for mode in self.modes)
+    def physical(self) -> Fluid:
+        """The fluid in physical units.
 
-    @property
-    def longest_relaxation_time(self) -> float:
-        """Of all modes, lambda_1, in s; NaN without modes."""
-        return max((mode.relaxation_time for mode in self.modes), default=math.nan)
+        Raises:
+            FluidError: It is not fitted yet.
+        """
+        if self.modes is None:
+            raise FluidError("the fluid is not fitted yet; `fluid_fit` and `with_fluid` do it")
+        modes = (Mode(**mode.model_dump()) for mode in self.modes)
+        return Fluid(self.solvent_viscosity, tuple(modes))
 
 
 class ChannelConfig(Section):

@@ -16,9 +16,9 @@ from typing import Any, Self
 import yaml
 from pydantic import BaseModel, ConfigDict
 
-from viscotrain.config.models import FluidConfig, Resolution, TransientConfig
+from viscotrain.config.models import Resolution, TransientConfig
 from viscotrain.errors import FluidError
-from viscotrain.fluid.parameters import DimensionlessFluid, Scales
+from viscotrain.fluid.parameters import DimensionlessFluid, Fluid, Scales
 
 DIGITS = 12  # far below the accuracy of any result, far above what a division rounds off
 
@@ -58,7 +58,7 @@ class Settings(BaseModel):
         """As plain data; `model_validate` makes the same settings of it."""
         return Stated(self.model_dump())
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid in its place, for settings that have one."""
         return self
 
@@ -88,7 +88,7 @@ class FlowSettings(Settings):
     longest_modes: tuple[float, ...] | None
     dns: Resolution
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid in its place, and De of its longest mode.
 
         Raises:
@@ -142,7 +142,7 @@ class ClosureTrainSettings(Settings):
     distances: tuple[float, ...]
     duration: float
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid of the flow in its place."""
         return self.model_copy(update={"flow": self.flow.with_fluid(fluid)})
 
@@ -154,7 +154,7 @@ class ClosureGapSettings(Settings):
     spheres: int
     deborah: tuple[float, ...]
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid of the flow in its place."""
         return self.model_copy(update={"flow": self.flow.with_fluid(fluid)})
 
@@ -187,7 +187,7 @@ class PhysicalSettings(Settings):
     zero_shear_viscosity: float | None = None
     longest_relaxation_time: float | None = None
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With viscosity and times of the fluid in their places."""
         return self.model_copy(
             update={
@@ -226,7 +226,7 @@ class TrainsSettings(Settings):
         """All but the physical factors."""
         return {name: value for name, value in self if name != "physical"}
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With the physical factors of the fluid."""
         return self.model_copy(update={"physical": self.physical.with_fluid(fluid)})
 
@@ -249,7 +249,7 @@ class DesignMapSettings(Settings):
     ordered_variation: float
     dimensionless_fluid: DimensionlessFluid | None
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid in its place."""
         scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
         return self.model_copy(update={"dimensionless_fluid": scaled})
@@ -270,11 +270,11 @@ class SchematicSettings(Settings):
 class RheologySettings(Settings):
     """The fluid whose curves are drawn, and the Deborah numbers at which the study uses it."""
 
-    fluid: FluidConfig | None
+    fluid: Fluid | None
     deborah: tuple[float, ...]
     mean: bool
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid in its place."""
         return self.model_copy(update={"fluid": fluid})
 
@@ -297,7 +297,7 @@ class FiguresSettings(Settings):
     schematic: SchematicSettings | None = None
     rheology: RheologySettings | None = None
 
-    def with_fluid(self, fluid: FluidConfig) -> Self:
+    def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid that is drawn in its place."""
         if self.rheology is None:
             return self

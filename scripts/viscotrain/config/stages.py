@@ -6,7 +6,7 @@ A fluid that is still to be fitted is left out; see `settings`.
 from functools import lru_cache
 
 from viscotrain.config.geometries import simulated_deborahs
-from viscotrain.config.models import FluidConfig, Resolution
+from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
     ClosureGapSettings,
     ClosureTrainSettings,
@@ -125,7 +125,7 @@ def physical(study: Study) -> PhysicalSettings:
         particle_diameter=study.particle.diameter,
         mean=_is_mean(study),
     )
-    return own if study.fluid.modes is None else own.with_fluid(study.fluid)
+    return own if study.fluid.modes is None else own.with_fluid(study.fluid.physical())
 
 
 def trains(study: Study) -> TrainsSettings:
@@ -196,7 +196,7 @@ def rheology(study: Study) -> RheologySettings:
     """The curves of the fluid."""
     written = study.fluid.modes is not None
     return RheologySettings(
-        fluid=FluidConfig.model_validate(study.fluid.model_dump()) if written else None,
+        fluid=study.fluid.physical() if written else None,
         deborah=study.deborah.values,
         mean=_is_mean(study),
     )

@@ -25,7 +25,7 @@ from viscotrain.config.outputs import (
     VerificationConfig,
 )
 from viscotrain.config.problems import Readable, disagreements
-from viscotrain.errors import ConfigError, FluidError
+from viscotrain.errors import ConfigError
 from viscotrain.fluid.parameters import DimensionlessFluid, mean_spacing
 from viscotrain.words import FEWEST_TRAIN_SPHERES
 
@@ -75,9 +75,8 @@ class Study(Section):
         Raises:
             FluidError: The fluid is not fitted yet.
         """
-        if self.fluid.modes is None:
-            raise FluidError("the fluid is not fitted yet; `fluid_fit` and `with_fluid` do it")
-        return DimensionlessFluid.from_physical(self.fluid.solvent_viscosity, self.fluid.modes)
+        fluid = self.fluid.physical()
+        return DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
 
     @property
     def geometries(self) -> tuple[tuple[float, float], ...]:

@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from viscotrain.drawing.style import BLUE, GREY, PAGE, VERMILLION, Drawing, styled
-from viscotrain.fluid.fluid_fit import model
+from viscotrain.fluid.fit_problem import model
 from viscotrain.fluid.measurements import COLUMNS
-from viscotrain.fluid.rheology import FluidLike
+from viscotrain.fluid.parameters import Fluid
 
 POINTS = 201  # of a line
 MARGIN = 2.0  # factor by which lines go beyond measured rates
@@ -46,7 +46,7 @@ def measured(fit: str | Path) -> pd.DataFrame:
 
 @styled
 def rheology(
-    fluid: FluidLike,
+    fluid: Fluid,
     measured: pd.DataFrame | None = None,
     rates: Mapping[float, float] | None = None,
 ) -> Drawing:
@@ -85,7 +85,7 @@ def rheology(
     return Drawing(figure, data)
 
 
-def _data(fluid: FluidLike, measured: pd.DataFrame, marked: list[float]) -> pd.DataFrame:
+def _data(fluid: Fluid, measured: pd.DataFrame, marked: list[float]) -> pd.DataFrame:
     parts = []
     for quantity in LOOKS:
         column = COLUMNS[quantity]
@@ -114,7 +114,7 @@ def _rows(quantity: str, kind: str, x, y) -> pd.DataFrame:
     )
 
 
-def _rates(fluid: FluidLike, measured: pd.DataFrame, abscissa: str, marked: list[float]) -> NDArray:
+def _rates(fluid: Fluid, measured: pd.DataFrame, abscissa: str, marked: list[float]) -> NDArray:
     """Rates of a line in 1/s: those measured, else those where modes act, and the marked ones."""
     of_this = [name for name, column in COLUMNS.items() if column.abscissa == abscissa]
     own = measured.loc[measured["quantity"].isin(of_this), "abscissa"]
@@ -158,7 +158,7 @@ def _mark_rates(axes: Axes, rates: Mapping[float, float]):
         axes.plot([], [], color=GREY, lw=0.7, ls=":", label=r"$\bar{U}/D$ of the study")
 
 
-def _heading(fluid: FluidLike) -> str:
+def _heading(fluid: Fluid) -> str:
     words = [rf"solvent $\eta_s$ = {fluid.solvent_viscosity:.3g} Pa s"]
     for k, mode in enumerate(fluid.modes, start=1):
         words.append(

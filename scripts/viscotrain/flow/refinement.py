@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.meshes import Sizes
 
-SAFETY = 2.5  # measured: tests/test_refinement.py
+SAFETY = 2.5  # measured: tests/flow/test_refinement.py
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
 RATES = 2.0, 4.0
 SMOOTH = 1 / 16  # product of the decays of a smooth solution

@@ -18,7 +18,7 @@ factors that contain a velocity are NaN there.
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, fields
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Self
 
 from viscotrain.errors import FluidError
 
@@ -28,21 +28,36 @@ MICROLITRES_PER_MINUTE = 60e9  # of one m^3/s
 MILLIMETRES = 1e3  # of one m
 
 
-class ModeLike(Protocol):
-    """Anything with the three parameters of a Giesekus mode, in any consistent units."""
-
-    viscosity: float
-    relaxation_time: float
-    mobility: float
-
-
 @dataclass(frozen=True)
 class Mode:
-    """One Giesekus mode: viscosity in eta_0, relaxation time in lambda_1, mobility alpha."""
+    """One Giesekus mode, in the units of its fluid: Pa s and s, or eta_0 and lambda_1."""
 
     viscosity: float
     relaxation_time: float
     mobility: float = 0.0
+
+
+@dataclass(frozen=True)
+class Fluid:
+    """The fluid in physical units: solvent viscosity in Pa s, modes in Pa s, s and 1."""
+
+    solvent_viscosity: float
+    modes: tuple[Mode, ...] = ()
+
+    @property
+    def longest_first(self) -> list[Mode]:
+        """The modes, sorted by their relaxation times."""
+        return sorted(self.modes, key=lambda mode: (-mode.relaxation_time, -mode.viscosity))
+
+    @property
+    def zero_shear_viscosity(self) -> float:
+        """Solvent plus modes, eta_0, in Pa s."""
+        return self.solvent_viscosity + sum(mode.viscosity for mode in self.longest_first)
+
+    @property
+    def longest_relaxation_time(self) -> float:
+        """Of all modes, lambda_1, in s; NaN without modes."""
+        return max((mode.relaxation_time for mode in self.modes), default=math.nan)
 
 
 @dataclass(frozen=True)
@@ -77,19 +92,15 @@ class DimensionlessFluid:
                 )
 
     @classmethod
-    def from_physical(cls, solvent_viscosity: float, modes: Iterable[ModeLike]) -> Self:
+    def from_physical(cls, solvent_viscosity: float, modes: Iterable[Mode]) -> Self:
         """Scale viscosities by eta_0 and times by lambda_1, and sort the longest mode first."""
-        modes = sorted(modes, key=lambda mode: (-mode.relaxation_time, -mode.viscosity))
-        eta_0 = solvent_viscosity + sum(mode.viscosity for mode in modes)
+        fluid = Fluid(solvent_viscosity, tuple(modes))
+        eta_0, lambda_1 = fluid.zero_shear_viscosity, fluid.longest_relaxation_time
         return cls(
             solvent=solvent_viscosity / eta_0,
             modes=tuple(
-                Mode(
-                    viscosity=mode.viscosity / eta_0,
-                    relaxation_time=mode.relaxation_time / modes[0].relaxation_time,
-                    mobility=mode.mobility,
-                )
-                for mode in modes
+                Mode(mode.viscosity / eta_0, mode.relaxation_time / lambda_1, mode.mobility)
+                for mode in fluid.longest_first
             ),
         )
 

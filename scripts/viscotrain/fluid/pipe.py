@@ -1,19 +1,14 @@
 """Undisturbed flow: fully developed tube flow of the fluid, from its viscometric functions.
 
-One Giesekus mode in steady shear of rate gamma has the viscosity (Bird, Armstrong & Hassager,
-Dynamics of Polymeric Liquids 1, 1987, table 7.3-4)
-
-    eta(gamma)/eta_k = (1 - f)^2/(1 + (1 - 2 alpha) f),    f = (1 - chi)/(1 + (1 - 2 alpha) chi),
-    chi^2 = [sqrt(1 + k) - 1]/(k/2),    k = 16 alpha (1 - alpha) (lambda gamma)^2.
-
-The shear stress T = eta gamma is proportional to r, and Ubar and U_max follow from integrals over
-the shear rate up to that at the wall, gamma_w with T_w (Rabinowitsch), here integrated by parts:
+The shear stress T = eta gamma, with the viscosity of `shear`, is proportional to r, and Ubar and
+U_max follow from integrals over the shear rate up to that at the wall, gamma_w with T_w
+(Rabinowitsch), here integrated by parts:
 
     Ubar  = R/T_w^3 [gamma_w T_w^3 - int_0^gamma_w T^3 dgamma]/3,
     U_max = R/T_w [gamma_w T_w - int_0^gamma_w T dgamma],       -dp/dz = 2 T_w/R.
 
-gamma_w is the one for which Ubar = 1. Needs no mesh: `dns` takes U_max from here, and tests
-compare the two.
+gamma_w is the one for which Ubar = 1. Needs no mesh: the table takes U_max from here, and tests
+compare it with that of the finite elements.
 """
 
 from typing import NamedTuple
@@ -23,6 +18,7 @@ from scipy.optimize import brentq
 
 from viscotrain.errors import FluidError
 from viscotrain.fluid.parameters import CHANNEL_RADIUS, DimensionlessFluid
+from viscotrain.fluid.shear import shear_viscosity
 
 QUADRATURE_POINTS = 400  # Gauss-Legendre in the shear rate: U_max to 1e-9 up to De = 1000
 LARGEST_WALL_SHEAR_RATE = (
@@ -35,18 +31,6 @@ class PipeFlow(NamedTuple):
 
     centreline_velocity: float
     pressure_gradient: float
-
-
-def shear_viscosity(shear_rate: np.ndarray, fluid: DimensionlessFluid, deborah: float):
-    """Steady shear viscosity in eta_0; same shape as `shear_rate`, which is in Ubar/D."""
-    eta = np.full_like(shear_rate, fluid.solvent)
-    for mode in fluid.modes:
-        alpha = mode.mobility
-        k = 16 * alpha * (1 - alpha) * (deborah * mode.relaxation_time * shear_rate) ** 2
-        chi = np.sqrt(2 / (np.sqrt(1 + k) + 1))  # as above, without its 0/0
-        f = (1 - chi) / (1 + (1 - 2 * alpha) * chi)
-        eta += mode.viscosity * (1 - f) ** 2 / (1 + (1 - 2 * alpha) * f)
-    return eta
 
 
 def pipe_flow(fluid: DimensionlessFluid, deborah: float) -> PipeFlow:

@@ -14,13 +14,9 @@ Small oscillation, where alpha does not enter:
 
 Steady shear u_1 = gamma x_2, with W = lambda gamma, N1 = sigma_11 - sigma_22 and
 N2 = sigma_22 - sigma_33 (Bird, Armstrong & Hassager, Dynamics of Polymeric Liquids 1, 1987, table
-7.3-4; viscosity, chi and f in `pipe`):
+7.3-4; viscosity, f and F in `shear`):
 
-    N1 = sum_k 2 (eta/lambda) F (1 - alpha f)/(1 - f),   N2 = -sum_k (eta/lambda) f,   f = alpha F,
-    F = 16 (1 - alpha) W^2/[(1 + s)^2 (1 + chi) (1 + (1 - 2 alpha) chi)],
-    s^2 = 1 + 16 alpha (1 - alpha) W^2,   chi^2 = 2/(1 + s).
-
-F is f/alpha without its 0/0 at alpha = 0 (Oldroyd-B: F = W^2).
+    N1 = sum_k 2 (eta/lambda) F (1 - alpha f)/(1 - f),   N2 = -sum_k (eta/lambda) f,   f = alpha F.
 
 Steady uniaxial extension u = rate (x_1, -x_2/2, -x_3/2), with W = lambda rate: two separate
 quadratic equations, of which the root that vanishes with W is the state reached from rest,
@@ -34,25 +30,17 @@ Start-up of shear has no closed form; the ordinary differential equations of a_1
 integrated (a_33 stays 0).
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 
 from viscotrain.errors import FluidError
-from viscotrain.fluid.parameters import DimensionlessFluid, ModeLike
-from viscotrain.fluid.pipe import shear_viscosity
+from viscotrain.fluid.parameters import DimensionlessFluid, Fluid, Mode
+from viscotrain.fluid.shear import shear_viscosity, viscometric
 
 TIME_STEP_TOLERANCE = 1e-10  # of start-up, relative: stresses to about 1e-8
-
-
-class FluidLike(Protocol):
-    """Anything with a solvent viscosity in Pa s and modes in Pa s, s and 1."""
-
-    solvent_viscosity: float
-    modes: Sequence[ModeLike]
 
 
 class SteadyShear(NamedTuple):
@@ -71,7 +59,7 @@ class ShearStartUp(NamedTuple):
     second_normal_stress_difference: NDArray
 
 
-def storage_modulus(angular_frequency: ArrayLike, fluid: FluidLike) -> NDArray:
+def storage_modulus(angular_frequency: ArrayLike, fluid: Fluid) -> NDArray:
     """G' in Pa at frequencies in rad/s; same shape."""
     omega = np.asarray(angular_frequency, dtype=float)
     G = np.zeros_like(omega)
@@ -81,7 +69,7 @@ def storage_modulus(angular_frequency: ArrayLike, fluid: FluidLike) -> NDArray:
     return G
 
 
-def loss_modulus(angular_frequency: ArrayLike, fluid: FluidLike) -> NDArray:
+def loss_modulus(angular_frequency: ArrayLike, fluid: Fluid) -> NDArray:
     """G'' in Pa at frequencies in rad/s; same shape."""
     omega = np.asarray(angular_frequency, dtype=float)
     G = fluid.solvent_viscosity * omega
@@ -90,33 +78,28 @@ def loss_modulus(angular_frequency: ArrayLike, fluid: FluidLike) -> NDArray:
     return G
 
 
-def steady_shear(shear_rate: ArrayLike, fluid: FluidLike) -> SteadyShear:
+def steady_shear(shear_rate: ArrayLike, fluid: Fluid) -> SteadyShear:
     """Viscosity, N1 and N2 at shear rates in 1/s, which may be zero or negative."""
     rate = np.asarray(shear_rate, dtype=float)
     N1, N2 = np.zeros_like(rate), np.zeros_like(rate)
     for mode in fluid.modes:
         alpha, modulus = mode.mobility, mode.viscosity / mode.relaxation_time
         W_squared = (mode.relaxation_time * rate) ** 2
-        s = np.sqrt(1 + 16 * alpha * (1 - alpha) * W_squared)
-        chi = np.sqrt(2 / (1 + s))
-        F = 16 * (1 - alpha) * W_squared
-        F = F / ((1 + s) ** 2 * (1 + chi) * (1 + (1 - 2 * alpha) * chi))
-        f = alpha * F
+        F = viscometric(W_squared, alpha).F
+        f = alpha * F  # without cancellation
         N1 += 2 * modulus * F * (1 - alpha * f) / (1 - f)
         N2 -= modulus * f
     return SteadyShear(viscosity(rate, fluid), N1, N2)
 
 
-def viscosity(shear_rate: ArrayLike, fluid: FluidLike) -> NDArray:
+def viscosity(shear_rate: ArrayLike, fluid: Fluid) -> NDArray:
     """Steady shear viscosity in Pa s at shear rates in 1/s; same shape."""
     rate = np.asarray(shear_rate, dtype=float)
-    eta_0 = fluid.solvent_viscosity + sum(mode.viscosity for mode in fluid.modes)
-    longest = max((mode.relaxation_time for mode in fluid.modes), default=0.0)
     scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
-    return eta_0 * shear_viscosity(rate, scaled, longest)
+    return fluid.zero_shear_viscosity * shear_viscosity(rate, scaled, fluid.longest_relaxation_time)
 
 
-def extensional_viscosity(extension_rate: ArrayLike, fluid: FluidLike) -> NDArray:
+def extensional_viscosity(extension_rate: ArrayLike, fluid: Fluid) -> NDArray:
     """Steady uniaxial extensional viscosity in Pa s at rates above 0, in 1/s; same shape.
 
     Infinite where an Oldroyd-B mode has no steady state.
@@ -140,7 +123,7 @@ def extensional_viscosity(extension_rate: ArrayLike, fluid: FluidLike) -> NDArra
     return eta
 
 
-def shear_start_up(time: ArrayLike, shear_rate: float, fluid: FluidLike) -> ShearStartUp:
+def shear_start_up(time: ArrayLike, shear_rate: float, fluid: Fluid) -> ShearStartUp:
     """Stresses after a shear rate in 1/s is imposed on the fluid at rest.
 
     Args:
@@ -165,7 +148,7 @@ def shear_start_up(time: ArrayLike, shear_rate: float, fluid: FluidLike) -> Shea
     return ShearStartUp(stress, N1, N2)
 
 
-def _strain_in_start_up(t: NDArray, shear_rate: float, mode: ModeLike) -> NDArray:
+def _strain_in_start_up(t: NDArray, shear_rate: float, mode: Mode) -> NDArray:
     """a_11, a_22 and a_12 of a mode at the times t, shape (3, n); integrated in units of lambda."""
     alpha, W = mode.mobility, mode.relaxation_time * shear_rate
 

@@ -209,7 +209,8 @@ def _as_job(work: Callable, arguments: Sequence[Argument], settings, snakemake):
         kind = inspect.signature(settings).return_annotation
         given = kind.model_validate(snakemake.params.settings)
         if fluid:
-            given = given.with_fluid(FluidConfig.model_validate(read_yaml(fluid)[0]["fluid"]))
+            written = FluidConfig.model_validate(read_yaml(fluid)[0]["fluid"])
+            given = given.with_fluid(written.physical())
     job = Job(
         settings=given,
         study=snakemake.params.study,

@@ -27,6 +27,7 @@ from viscotrain.config.settings import (
 from viscotrain.errors import SolutionError
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import Report, solutions, triplet
+from viscotrain.studies.resolution import with_sizes
 from viscotrain.studies.transient import follow_from_rest, start_up_time
 from viscotrain.table.interpolation import TripletVelocities
 from viscotrain.trains.motion import chain_motion
@@ -130,11 +131,7 @@ def with_model(trajectory: xr.Dataset, velocities: TripletVelocities, start: flo
 def refined(study: TransientSettings) -> TransientSettings:
     """Settings with smaller elements, and time steps of a tenth of the error."""
     dns, steps = study.dns, study.transient
-    finer = {
-        "sphere_elements": round(dns.sphere_elements / REFINEMENT),
-        "axis_size": dns.axis_size * REFINEMENT,
-        "wall_size": dns.wall_size * REFINEMENT,
-    }
+    finer = with_sizes(dns, REFINEMENT)
     stricter = {
         name: getattr(steps, name) / 10
         for name in ("common_tolerance", "relative_tolerance", "distance_tolerance")

@@ -27,6 +27,7 @@ from viscotrain.flow.continuation import LOWEST_ORDER
 from viscotrain.flow.time_stepping import Transient
 from viscotrain.studies.accuracy import RELATIVE
 from viscotrain.studies.dns import Report, solutions, triplet
+from viscotrain.studies.resolution import with_sizes
 from viscotrain.studies.transient import flow_maker, time_options
 from viscotrain.words import PARTICLES
 
@@ -64,10 +65,7 @@ def settings(
 def _refined(dns: Resolution, factor: float) -> dict:
     """Settings with other sizes at the start and other accuracies."""
     accuracy = factor**ACCURACY_POWER
-    return {
-        "sphere_elements": round(dns.sphere_elements / factor),
-        "axis_size": dns.axis_size * factor,
-        "wall_size": dns.wall_size * factor,
+    return with_sizes(dns, factor) | {
         "accuracy": dns.accuracy * accuracy,
         "relative_accuracy": dns.relative_accuracy * accuracy,
         "max_elements": round(dns.max_elements / factor**2),

@@ -17,7 +17,7 @@ At infinity the first polynomial of a spline reduces to its constant, so pairs a
 come out as tabulated, without rounding.
 
 **Contact.** The table ends at a smallest distance s_min > 1. Closer spheres feel lubrication: they
-move as at s_min, but their relative velocity goes to zero linearly with the gap (`lubricate`), so
+move as at s_min, but their relative velocity goes to zero linearly with the gap (`lubrication`), so
 they never overlap. There is no other extrapolation.
 
 This module needs no NGSolve.

@@ -1,0 +1,396 @@
+import itertools
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+import yaml
+from matplotlib.text import Text
+from scipy.spatial import Delaunay
+from synthetic import DEMO_NODES, SINGLE, dns_result, relative, triplet
+
+from viscotrain.drawing import conventions, figures, stress_field, train_figures
+from viscotrain.jobs import datasets, drawings
+from viscotrain.table.assembly import combine
+from viscotrain.table.check import check_errors
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains.motion import chain_motion
+from viscotrain.trains.repeats import run_repeats
+from viscotrain.words import INACCURATE, LEADING, MIDDLE
+
+ROOT = Path(__file__).parents[2]
+BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
+HOLES = {(1.0, 1.5, 2.5), (1.0, INF, 4.5)}
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch):
+    """Interpolants on fewer points: a drawing takes a tenth of the time."""
+    monkeypatch.setattr(conventions, "GRID", 41)
+
+
+@pytest.fixture(scope="module")
+def table():
+    return check_errors(velocity_table(), [dns_result(1.3, 1.9)])
+
+
+@pytest.fixture(scope="module")
+def table_with_holes():
+    return velocity_table(HOLES)
+
+
+@pytest.fixture(scope="module")
+def field():
+    return synthetic_field()
+
+
+@pytest.fixture(scope="module")
+def train():
+    return synthetic_train(passages=60)
+
+
+def velocity_table(unsolved=frozenset()):
+    results = [
+        dns_result(sp, sf, DEBORAH, unsolved=[De for De, *where in unsolved if where == [sp, sf]])
+        for sp, sf in itertools.product(DEMO_NODES, DEMO_NODES)
+    ]
+    return combine(results, sp=DEMO_NODES, sf=DEMO_NODES, deborah=DEBORAH, max_holes=len(unsolved))
+
+
+def synthetic_train(passages, repeats=2):
+    return run_repeats(
+        triplet(law=lambda sp, sf: SINGLE + 20 * (triplet()(sp, sf) - SINGLE)),
+        confinement=BETA,
+        volume_fraction=0.01,
+        centreline_velocity=1.67,
+        length=40.0,
+        stations=[0.0, 20.0, 40.0],
+        passages=passages,
+        repeats=repeats,
+        seed=1,
+        factors=[("deborah", 1.0, "1", "Deborah number, as the study defines it")],
+    )
+
+
+def synthetic_field(sp=1.1, sf=1.5, length=4.5):
+    """Three spheres in a box, with a stress that is large at the wall and behind the spheres."""
+    centres = 2.0 + BETA * np.array([0.0, sp, sp + sf])
+    centres = centres[np.isfinite(centres)]
+    angle = np.linspace(0, np.pi, 13)
+    circles = [np.stack([c + np.cos(angle) / 10, np.sin(angle) / 10], -1) for c in centres]
+    z, r = (
+        part.ravel() for part in np.meshgrid(np.linspace(0, length, 91), np.linspace(0, 0.5, 12))
+    )
+    free = (np.hypot(z[:, None] - centres, r[:, None]) > 0.11).all(axis=1)
+    points = np.concatenate([np.stack([z[free], r[free]], -1), *circles])
+    z, r = points.T
+    corners = Delaunay(points).simplices
+    middle = points[corners].mean(axis=1)
+    corners = corners[(np.hypot(middle[:, :1] - centres, middle[:, 1:]) > 0.097).all(axis=1)]
+    edges = np.unique(np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
+    strand = sum(np.exp(-(((z - c - 0.15) / 0.1) ** 2) - (r / 0.03) ** 2) for c in centres)
+    scalars = {"confinement": BETA, "length": length, "deborah": 1.0, "sp": sp, "sf": sf}
+    return xr.Dataset(
+        {
+            "z": ("point", z),
+            "r": ("point", r),
+            "triangles": (("triangle", "corner"), corners),
+            "edges": (("edge", "edge_point"), edges),
+            "velocity_z": ("point", 2 - 8 * r**2),
+            "velocity_r": ("point", 0 * r),
+            "pressure": ("point", -16 * z),
+            "stress_zz": ("point", 16 * r**2 + strand),
+            "stress_rr": ("point", -1e-4 * np.ones_like(r)),
+            "stress_tt": ("point", 0 * r),
+            "stress_zr": ("point", -4 * r),
+            "sphere_position": ("sphere", centres),
+            **{name: ((), value) for name, value in scalars.items()},
+        },
+        coords={"sphere": ["trailing", "middle", "leading"][: len(centres)]},
+    )
+
+
+def texts(figure):
+    return " ".join(item.get_text() for item in figure.findobj(Text))
+
+
+def lines(figure, **properties):
+    """Lines of the first panel with these properties."""
+    return [
+        line
+        for line in figure.axes[-1].lines + figure.axes[0].lines
+        if all(getattr(line, f"get_{name}")() == value for name, value in properties.items())
+    ]
+
+
+# ------------------------------------------------------------------------------------- each one
+
+
+def test_relative_velocities_show_the_interpolant_and_its_nodes(table):
+    figure, data = figures.relative_velocities(table, 1.0, BETA)
+    interpolant = VelocityTable(table).at(1.0)
+    for sp, sf in ((data["sp"][7], data["sf"][30]), (INF, data["sf"][20]), (data["sp"][3], INF)):
+        drawn = data["relative_velocity"].sel(sp=float(sp), sf=float(sf))
+        np.testing.assert_allclose(drawn, np.diff(interpolant(sp, sf)), rtol=0, atol=1e-15)
+    nodes = table["velocity"].sel(deborah=1.0).values
+    np.testing.assert_array_equal(data["node_relative_velocity"], np.diff(nodes, axis=-1))
+    words = texts(figure)
+    for word in ("$s_p$ [$d$]", "$s_f$ [$d$]", r"\bar{U}", "De = 1", "$d/D$ = 0.2", "no relative"):
+        assert word in words
+    for word in ("repulsion\ngap opens", "attraction\ngap closes", "below the error"):
+        assert word in words
+    panel = next(axes for axes in figure.axes if "$U_2 - U_1$" in axes.get_title("left"))
+    (dots,) = (line for line in panel.lines if line.get_marker() == ".")
+    assert len(dots.get_xdata()) == len(DEMO_NODES) ** 2
+    assert dots.get_xdata().max() == 1.0  # infinity is on the axis
+
+
+def test_colours_of_signed_velocities_are_centred_on_zero(table):
+    figure, _ = figures.relative_velocities(table, 1.0, BETA)
+    (bar,) = (axes for axes in figure.axes if "relative velocity" in axes.get_ylabel())
+    low, high = bar.get_ylim()
+    assert low == pytest.approx(-high)
+
+
+def test_holes_are_crosses_and_nothing_is_drawn_in_between(table_with_holes):
+    figure, data = figures.relative_velocities(table_with_holes, 1.0, BETA)
+    assert np.isnan(data["relative_velocity"]).all()
+    nodes = data["node_relative_velocity"]
+    assert np.isnan(nodes.sel(node_sp=1.5, node_sf=2.5)).all()
+    assert int(np.isnan(nodes).sum()) == 2 * len(HOLES)
+    for panel in (axes for axes in figure.axes if axes.get_title("left")):
+        crosses = [line.get_xydata()[0] for line in panel.lines if line.get_marker() == "x"]
+        expected = conventions.distance_coordinate([where for _, *where in sorted(HOLES)])
+        np.testing.assert_array_equal(sorted(map(tuple, crosses)), sorted(map(tuple, expected)))
+    assert "hole: no solution" in texts(figure)
+
+
+def test_other_deborah_numbers_of_a_table_with_holes_are_drawn_in_full(table_with_holes):
+    figure, data = figures.relative_velocities(table_with_holes, 0.0, BETA)
+    assert np.isfinite(data["relative_velocity"]).all()
+    assert "hole" not in texts(figure)
+
+
+def test_spheres_that_do_not_move_relative_to_each_other_can_be_drawn(table):
+    still = table.copy(deep=True)
+    still["velocity"][:] = SINGLE
+    figures.relative_velocities(still, 1.0, BETA)
+    figures.pair_velocity(still, BETA)
+
+
+def test_pair_velocity_shows_curve_and_nodes_of_every_deborah_number(table):
+    figure, data = figures.pair_velocity(table, BETA)
+    for De in DEBORAH:
+        own = data[data["deborah"] == De].set_index("distance_d")
+        law = (1 + De) * relative(np.array(DEMO_NODES))
+        simulated = own[own["kind"] == "simulated"]["relative_velocity_Ubar"]
+        np.testing.assert_allclose(simulated.loc[DEMO_NODES], law, rtol=0, atol=1e-14)
+        curve = own[own["kind"] == "interpolated"]["relative_velocity_Ubar"]
+        assert curve.loc[1.0] == 0.0  # in contact
+        assert curve.loc[INF] == pytest.approx(0.0, abs=1e-15)
+    words = texts(figure)
+    for word in ("$s$ [$d$]", r"\bar{U}", "De = 0", "De = 1", "repulsion: gap", "attraction: gap"):
+        assert word in words
+
+
+def test_pair_velocity_has_bands_of_the_interpolation_error(table):
+    axes = figures.pair_velocity(table, BETA).figure.axes[0]
+    bands = [band.get_paths()[0].get_extents() for band in axes.collections]
+    assert len(bands) == len(DEBORAH)
+    for band in bands:
+        assert band.x0 >= conventions.distance_coordinate(min(DEMO_NODES)) - 1e-12
+    exact = table.drop_vars([name for name in table.variables if name.startswith("check")])
+    assert not figures.pair_velocity(exact, BETA).figure.axes[0].collections
+
+
+def test_nodes_that_are_not_accurate_are_open_and_widen_the_band(table):
+    rough = table.copy(deep=True)
+    at = {"deborah": 1.0, "sp": INF, "sf": 2.5}
+    rough["status"].loc[at] = INACCURATE
+    rough["relative_velocity_error"].loc[at | {"pair": "leading-middle"}] = 1e-4
+    figure, data = figures.pair_velocity(rough, BETA)
+    (marked,) = data[data["kind"] == "inaccurate"]["distance_d"]
+    assert marked == 2.5
+    assert "not accurate" in texts(figure)
+    before, after = (
+        figures.pair_velocity(each, BETA).figure.axes[0].collections[-1].get_paths()[0]
+        for each in (table, rough)
+    )
+    assert after.get_extents().height > before.get_extents().height
+    surfaces = figures.relative_velocities(rough, 1.0, BETA).figure
+    assert "not accurate" in texts(surfaces)
+    assert "not accurate" not in texts(figures.relative_velocities(table, 1.0, BETA).figure)
+
+
+def test_pair_velocity_is_that_of_a_train_of_two_on_any_grid():
+    """One formula for figure, page and train; axes with other nodes interpolate differently."""
+    sp, sf = [1.2, 2.0, np.inf], [1.1, 1.5, 2.5, np.inf]
+    results = [dns_result(p, f) for p in sp for f in sf]
+    table = combine(results, sp=sp, sf=sf, deborah=[0.0, 1.0])
+    data = figures.pair_velocity(table, BETA).data
+    curve = data[(data["kind"] == "interpolated") & (data["deborah"] == 1.0)]
+    s = curve["distance_d"].to_numpy()
+    velocities = VelocityTable(table).at(1.0)
+    expected = [float(chain_motion(velocities, np.array([gap])).relative[0]) for gap in s - 1]
+    np.testing.assert_allclose(curve["relative_velocity_Ubar"], expected, rtol=0, atol=1e-15)
+    trailing, leading = velocities(np.inf, s)[:, MIDDLE], velocities(np.inf, s)[:, LEADING]
+    assert np.abs(leading - trailing - expected).max() > 1e-5  # of the triplet (inf, s) alone
+
+
+def test_pair_velocity_of_a_table_with_holes_has_crosses_and_no_curve(table_with_holes):
+    figure, data = figures.pair_velocity(table_with_holes, BETA)
+    own = data[data["deborah"] == 1.0]
+    assert own["kind"].value_counts().to_dict() == {"simulated": 4, "hole": 1}
+    (hole,) = own[own["kind"] == "hole"]["distance_d"]
+    assert hole == 4.5
+    drawn = [line for line in lines(figure, marker="x") if len(line.get_xdata())]
+    assert drawn[0].get_xdata().tolist() == conventions.distance_coordinate([4.5]).tolist()
+    assert "hole" in texts(figure)
+
+
+def test_stress_field_is_the_visible_part_of_the_field(field):
+    figure, data = figures.stress_field(field)
+    assert data.sizes["point"] < field.sizes["point"]  # the box is longer than the picture
+    z = data["z"].values
+    assert z.min() < data["sphere_position"].min() - stress_field.FIELD_MARGIN + 0.1
+    for corners in ("triangles", "edges"):
+        assert data[corners].min() >= 0 and data[corners].max() < data.sizes["point"]
+    trace = field["stress_zz"] + field["stress_rr"] + field["stress_tt"]
+    places = zip(field["z"].values, field["r"].values, strict=True)
+    drawn = dict(zip(places, trace.values, strict=True))
+    for n in range(0, data.sizes["point"], 50):
+        point = data.isel(point=n)
+        assert float(point["stress_trace"]) == drawn[float(point["z"]), float(point["r"])]
+    words = texts(figure)
+    for word in ("$z$ [$D$]", "$r$ [$D$]", r"[$\eta_0 \bar{U}/D$]", "flow", "mesh", "trailing"):
+        assert word in words
+    assert figure.axes[0].get_aspect() == 1.0
+
+
+def test_stress_field_without_stress_or_with_missing_spheres(field):
+    newtonian = field.copy(deep=True)
+    for name in ("stress_zz", "stress_rr", "stress_tt", "stress_zr"):
+        newtonian[name][:] = 0.0
+    figures.stress_field(newtonian)
+    figure, data = figures.stress_field(synthetic_field(sf=INF))
+    assert data.sizes["sphere"] == 2
+    assert "\N{INFINITY}" in texts(figure) and "leading" not in texts(figure)
+
+
+def test_spacing_shows_every_station_with_its_measures(train):
+    figure, data = figures.spacing(train)
+    panels = [axes for axes in figure.axes if axes.lines]
+    assert len(panels) == train.sizes["station"]
+    xr.testing.assert_identical(data["spacing_density"], train["spacing_density"])
+    for axes, station in zip(panels, train["station"].values, strict=True):
+        (mean,) = (line for line in axes.lines)
+        assert set(mean.get_xdata()) == {float(train["mean_spacing_law"])}
+        words = " ".join(item.get_text() for item in axes.texts)
+        assert f"$z$ = {station:g} $D$" in words
+        for word in ("mode", "CV", "touching", "\N{PLUS-MINUS SIGN}"):
+            assert word in words
+    words = texts(figure)
+    for word in ("$s^*$ [$d$]", "[$1/d$]", "De = 1", r"$\phi$ = 1 %", "2 repeats"):
+        assert word in words
+
+
+def test_spacing_of_a_single_repeat_has_no_band():
+    figure, _ = figures.spacing(synthetic_train(passages=20, repeats=1))
+    assert "\N{PLUS-MINUS SIGN}" not in texts(figure)
+    assert "95 %" not in texts(figure)
+
+
+def test_train_is_one_line_per_sphere(train):
+    figure, data = figures.train(train)
+    assert 3 <= data.sizes["track_sphere"] <= train.sizes["track_sphere"]
+    drawn = np.concatenate(
+        [path.vertices for lines in figure.axes[0].collections[1:] for path in lines.get_paths()]
+    )
+    y = data["track_position"].values
+    assert y[0, 0] == 0 and np.isin(y, drawn[:, 1]).all()
+    np.testing.assert_allclose(np.mean(y[:, -1]), np.mean(y[:, 0]), rtol=0, atol=1e-9)
+    distance = np.diff(train["track_position"][: len(y), 0])
+    np.testing.assert_allclose(np.diff(y[:, 0]), distance, rtol=1e-2)
+    for word in ("$z$ [$D$]", "[$d$]", "De = 1", r"$\phi$ = 1 %", "flow"):
+        assert word in texts(figure)
+
+
+def test_pieces_of_lines_join_and_know_who_touches():
+    z = np.arange(5.0)
+    y = np.array([[0, 0, 0, 0, 0], [-3, -2, -1, -1, -1], [-6, -6, -6, -6, -6.0]])
+    alone, touching = train_figures._pieces(z, y)
+    assert [piece[:, 0].tolist() for piece in touching] == [[2, 3, 4], [2, 3, 4]]
+    assert [piece[:, 0].tolist() for piece in alone] == [[0, 1, 2], [0, 1, 2], [0, 1, 2, 3, 4]]
+
+
+# ---------------------------------------------------------------------------------------- files
+
+
+def test_files_are_written_and_read_back_the_same_byte_for_byte(table, tmp_path):
+    for folder in ("a", "b"):
+        for name in ("relative_velocities_De1", "pair_velocity"):
+            drawings.save(figures.draw(name, table, BETA), tmp_path / folder / name)
+    first = sorted((tmp_path / "a").iterdir())
+    assert [path.name for path in first] == [
+        "pair_velocity.csv",
+        "pair_velocity.pdf",
+        "pair_velocity.png",
+        "relative_velocities_De1.nc",
+        "relative_velocities_De1.pdf",
+        "relative_velocities_De1.png",
+    ]
+    for path in first:
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
+    assert first[1].read_bytes().startswith(b"%PDF")
+    assert first[2].read_bytes().startswith(b"\x89PNG")
+    drawing = figures.pair_velocity(table, BETA)
+    pd.testing.assert_frame_equal(pd.read_csv(first[0]), drawing.data)
+    drawing = figures.relative_velocities(table, 1.0, BETA)
+    xr.testing.assert_identical(xr.load_dataset(first[3]), drawing.data)
+
+
+def test_names_with_a_decimal_point_keep_it(train, tmp_path):
+    name = "train_De0.5_phi0.004"
+    paths = drawings.save(figures.draw(name, train, BETA), tmp_path / name)
+    assert [path.name for path in paths] == [f"{name}.png", f"{name}.pdf", f"{name}.nc"]
+    assert all(path.stat().st_size for path in paths)
+
+
+def test_variables_of_data_are_described(table, train):
+    for drawing in (figures.relative_velocities(table, 1.0, BETA), figures.spacing(train)):
+        for name, variable in drawing.data.variables.items():
+            assert variable.attrs["long_name"], name
+
+
+def test_unknown_names_are_refused(table):
+    with pytest.raises(figures.FigureError, match="figure is 'pairs'; allowed: relative_"):
+        figures.draw("pairs", table, BETA)
+
+
+def test_settings_of_the_user_stay_as_they_are(table):
+    with matplotlib.rc_context({"font.size": 23}):
+        before = dict(matplotlib.rcParams)
+        figures.pair_velocity(table, BETA)
+        assert dict(matplotlib.rcParams) == before
+
+
+def test_script_from_the_command_line(table, tmp_path):
+    datasets.write(table, tmp_path / "table.nc")
+    config = ROOT / "config" / "tiny.yaml"
+    script = [sys.executable, ROOT / "scripts" / "figures.py", "--configfile", config]
+    done = subprocess.run(
+        [*script, "relative_velocities_De1", tmp_path / "table.nc", tmp_path / "figures"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 3
+    data = xr.load_dataset(tmp_path / "figures" / "relative_velocities_De1.nc")
+    assert yaml.safe_load(data.attrs["settings"])["confinement"] == 0.2
+    done = subprocess.run([*script, "pairs", tmp_path / "table.nc", tmp_path], capture_output=True)
+    assert done.returncode == 1
+    assert done.stderr.startswith(b"error: figure is 'pairs'")

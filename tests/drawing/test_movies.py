@@ -1,0 +1,359 @@
+"""Movies: positions against the simulation, pixels against positions, and the files against both.
+
+The channel is short and the synthetic law strong, so that spheres meet within it.
+"""
+
+import itertools
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from matplotlib.colors import to_hex
+from matplotlib.patches import Circle
+from PIL import Image
+from synthetic import PAPER_NODES, dns_result, superposed, triplet
+
+from viscotrain.drawing import canvas, encoding, figures, movies, scale_bar, style
+from viscotrain.jobs import datasets
+from viscotrain.table.assembly import combine
+from viscotrain.trains import films, statistics
+from viscotrain.trains.repeats import run_repeats
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+BETA, LENGTH, VIEW, FRAMES, INTERVAL = 0.2, 40.0, 5.0, 40, 0.05
+WIDTH, RATE = 640, 25.0
+STATIONS = [0.0, 20.0, 40.0]
+SCALES = {  # hyaluronic acid at De = 5: name, value, units, long name
+    "deborah": 5.0,
+    "channel_diameter": 0.1,
+    "mean_velocity": 6.649e-3,
+    "time": 0.01504,
+}
+
+
+def strong(sp, sf):
+    return superposed(sp, sf, scale=20)
+
+
+@pytest.fixture(scope="module")
+def velocities():
+    return triplet(PAPER_NODES, PAPER_NODES, strong)
+
+
+@pytest.fixture(scope="module")
+def train(velocities):
+    return run_repeats(
+        velocities,
+        confinement=BETA,
+        volume_fraction=0.01,
+        centreline_velocity=1.67,
+        length=LENGTH,
+        stations=STATIONS,
+        passages=60,
+        repeats=2,
+        seed=3,
+        factors=[(name, value, "as named", name) for name, value in SCALES.items()],
+    )
+
+
+@pytest.fixture(scope="module")
+def data(velocities, train):
+    return films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=FRAMES)
+
+
+COLOURS = {"alone": (0, 114, 178), "touching": (213, 94, 0)}
+
+
+def by_colour(row):
+    """Runs of pixels, (first, one after the last), of either kind of sphere."""
+    return {
+        name: [(run[0], run[-1] + 1) for run in runs(np.abs(row - colour).sum(axis=-1) < 90)]
+        for name, colour in COLOURS.items()
+    }
+
+
+def by_brightness(row):
+    """The same for decoded frames, whose colours are those of two by two pixels; kinds are one."""
+    dark = row @ (0.299, 0.587, 0.114) < 170  # spheres 87 and 119, fluid 239
+    drawn = [(run[0], run[-1] + 1) for run in runs(dark)]
+    return dict.fromkeys(COLOURS, drawn)
+
+
+def assert_spheres_at(frame, view, z, runs_of=by_colour):
+    """Edges of spheres, in the row of the axis, are within a pixel of where positions put them.
+
+    Spheres that touch are too close to be told apart: those of their chain's ends count. Returns
+    the number of edges.
+    """
+    row = frame[round(view.axis)].astype(int)
+    drawn = runs_of(row)
+    z = z[np.isfinite(z)]
+    near = np.diff(z) < 1.1 * BETA
+    compared = 0
+    for chain in np.split(z, np.flatnonzero(~near) + 1):
+        left, right = view.column(chain[[0, -1]] + BETA / 2 * np.array([-1, 1]))
+        runs_of_kind = drawn["alone" if chain.size == 1 else "touching"]
+        for n, edge in ((0, left), (1, right)):
+            if 2 < edge < row.shape[0] - 2:
+                assert min(abs(run[n] - edge) for run in runs_of_kind) < 1
+                compared += 1
+    return compared
+
+
+def runs(mask):
+    found = np.split(np.arange(mask.size), np.flatnonzero(np.diff(mask)) + 1)
+    return [run for run in found if mask[run[0]]]
+
+
+# -------------------------------------------------------------------------------------- positions
+
+
+def test_spheres_pass_the_station_in_the_film_when_they_do_in_the_train(velocities, train):
+    """Passage times of repeat 0 are an independent record of the same spheres."""
+    frames = 300  # recorded spheres are there after 12 D/Ubar
+    data = films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=frames)
+    since = train["passage_time"].values[0, 1] - float(train["snapshot_time"][0, 0])
+    compared = 0
+    for time in since[since < (frames - 1) * INTERVAL]:
+        n = int(time // INTERVAL)
+        before, after = (data["position"].values[1, m] for m in (n, n + 1))
+        z = before[before <= STATIONS[1]].max()  # the next one to pass
+        moved = after[after > z].min()
+        there = z + (moved - z) * (time / INTERVAL - n)
+        assert there == pytest.approx(STATIONS[1], abs=VIEW / WIDTH)  # a pixel
+        compared += 1
+    assert compared > 5
+
+
+def test_windows_are_centred_but_inside_the_channel(data):
+    assert data["window_start"].values.tolist() == [0.0, 17.5, 35.0]
+    for n, start in enumerate(data["window_start"].values):
+        z = data["position"].values[n]
+        assert np.nanmin(z) >= max(start - films.MARGIN * BETA, 0)
+        assert np.nanmax(z) <= min(start + VIEW + films.MARGIN * BETA, LENGTH)
+
+
+def test_the_moving_window_goes_from_inlet_to_outlet_at_the_speed_of_the_train(data, train):
+    span, rows = films.moving_window(LENGTH, VIEW)
+    assert (span, rows) == (20.0, 4)
+    ends = data["moving_window_end"].values
+    assert (ends[0], ends[-1]) == (span, pytest.approx(LENGTH))
+    time = train["track_time"].values
+    expected = LENGTH / np.mean(time[:, -1] - time[:, 0])
+    speed = np.diff(ends) / np.diff(data["moving_time"].values)
+    np.testing.assert_allclose(speed, expected, rtol=1e-12)
+    first = data["moving_position"].values - ends[:, None]
+    drift = np.nanmean(first[-1]) - np.nanmean(first[0])
+    assert abs(drift) < 1.5  # of 20 D; it would be 20 in a frame at rest
+
+
+@pytest.mark.parametrize(
+    ("length", "view", "expected"),
+    [(800, 10, (40, 4)), (20, 10, (10, 1)), (20, 20, (10, 1)), (60, 10, (30, 3))],
+)
+def test_moving_window_is_at_most_half_the_channel(length, view, expected):
+    assert films.moving_window(length, view) == expected
+
+
+def test_filming_does_not_change_the_train(velocities, train, data):
+    again = films.film(velocities, train, field_of_view=8.0, interval=0.11, frames=9)
+    both = np.intersect1d(again["position"].values[1, 0], data["position"].values[1, 0])
+    known = data["position"].values[1, 0]
+    assert set(both) >= set(known[np.isfinite(known)])
+
+
+# ---------------------------------------------------------------------------------------- drawing
+
+
+@pytest.mark.parametrize("station", range(len(STATIONS)))
+def test_spheres_are_drawn_where_they_are(data, station):
+    view = movies.station_view(data, station, WIDTH)
+    assert view.scale == WIDTH / VIEW
+    frames = movies.station_frames(data, station, width=WIDTH, frame_rate=RATE)
+    for frame, z in zip(frames, data["position"].values[station], strict=True):
+        assert assert_spheres_at(frame, view, z) > 1
+
+
+def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():
+    frame = np.full((40, 400, 3), 255, dtype=np.uint8)
+    view = canvas.View(start=1.0, scale=100.0, axis=20.0)
+    canvas.draw_spheres(frame, view, np.array([1.5, 1.71, 3.0]), BETA)
+    blue = runs(np.abs(frame[20].astype(int) - COLOURS["alone"]).sum(axis=-1) < 30)
+    red = runs(np.abs(frame[20].astype(int) - COLOURS["touching"]).sum(axis=-1) < 30)
+    assert [(run[0], run.size) for run in blue] == [(190, 20)]  # 0.2 D, centre at 2 D
+    assert [(run[0], run.size) for run in red] == [(40, 20), (61, 20)]
+    rows = np.flatnonzero((frame[:, 200] != 255).any(axis=-1))
+    assert (rows[0], rows[-1]) == (10, 29)
+
+
+def test_spheres_at_the_edge_are_cut():
+    frame = np.full((40, 100, 3), 255, dtype=np.uint8)
+    canvas.draw_spheres(frame, canvas.View(0.0, 100.0, 20.0), np.array([-0.05, 1.2, 5.0]), BETA)
+    assert runs((frame[20] != 255).any(axis=-1))[0].tolist() == list(range(5))
+
+
+def test_rows_of_the_moving_frame_show_successive_pieces(data):
+    frames = list(movies.moving_frames(data, width=WIDTH, frame_rate=RATE))
+    for n in (0, FRAMES // 2, FRAMES - 1):
+        views = movies.moving_views(data, n, WIDTH)
+        assert views[0].start + VIEW == pytest.approx(float(data["moving_window_end"][n]))
+        assert [a.start - b.start for a, b in itertools.pairwise(views)] == [VIEW] * 3
+        for view in views:
+            assert assert_spheres_at(frames[n], view, data["moving_position"].values[n]) > 1
+
+
+@pytest.mark.parametrize(
+    ("view", "diameter", "micrometres", "name"),
+    [
+        (10.0, 0.1, 100, "100 \N{MICRO SIGN}m"),
+        (5.0, 0.1, 50, "50 \N{MICRO SIGN}m"),
+        (100.0, 0.1, 1000, "1 mm"),
+        (10.0, 0.05, 50, "50 \N{MICRO SIGN}m"),
+    ],
+)
+def test_scale_bar_is_round_and_true(view, diameter, micrometres, name):
+    length, words = scale_bar.scale_bar(view, diameter)
+    assert (length * diameter * 1000, words) == (pytest.approx(micrometres), name)
+    assert view / 30 < length <= view / 8
+
+
+def test_scale_bar_in_a_frame_has_its_length(data):
+    frame = next(movies.station_frames(data, 1, width=WIDTH, frame_rate=RATE))
+    black = (frame[-round(movies.FOOT / 2 * WIDTH / 1280)] == 0).all(axis=-1)
+    longest = max(runs(black), key=len)
+    assert longest.size == pytest.approx(0.5 * WIDTH / VIEW, abs=1)  # 50 um of 100 um
+
+
+def test_words_of_a_frame_are_physical(data):
+    assert movies._place(400.0, data) == "L/D = 400 (4 cm)"  # of D = 0.1 mm
+    clock, speed = movies._clock(data, data["time"].values, RATE)
+    # 0.05 D/Ubar of 15.04 ms last a frame of 40 ms
+    assert (clock(2), speed) == ("t = 1.5 ms", "53.2\N{MULTIPLICATION SIGN} slower than real")
+    thousand_times_faster = data.assign(time_scale=0.01504 / 1000)
+    assert movies._clock(thousand_times_faster, data["time"].values, RATE)[0](2) == "t = 0.0015 ms"
+    newtonian = data.assign(time_scale=np.nan)
+    assert movies._clock(newtonian, data["time"].values, RATE)[0](2) == "t = 0.10 D/U\u0304"
+
+
+# ------------------------------------------------------------------------------------------ files
+
+
+def decoded(path):
+    reader = imageio_ffmpeg.read_frames(str(path))
+    width, height = next(reader)["size"]
+    return [np.frombuffer(frame, np.uint8).reshape(height, width, 3) for frame in reader]
+
+
+@pytest.fixture(scope="module")
+def written(data, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("movies")
+    return movies.make(data, folder, width=WIDTH, frame_rate=RATE)
+
+
+def test_there_is_a_movie_of_every_camera(written):
+    names = ["station_0.mp4", "station_20.mp4", "station_40.mp4", "moving_frame.mp4"]
+    assert [path.name for path in written] == names
+
+
+def test_movies_are_h264_in_yuv420p_of_the_configured_rate(written):
+    for path in written:
+        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-hide_banner", "-i", str(path)]
+        words = subprocess.run(command, capture_output=True, text=True, check=False).stderr
+        (stream,) = re.findall(r"Video: .*", words)
+        assert stream.startswith("Video: h264")
+        assert re.search(r"yuv420p\b.*, 640x\d+.*25 fps", stream)
+
+
+def test_decoded_spheres_are_where_the_simulation_says(written, data):
+    view = movies.station_view(data, 1, WIDTH)
+    frames = decoded(written[1])
+    assert len(frames) == FRAMES
+    compared = 0
+    for frame, z in zip(frames, data["position"].values[1], strict=True):
+        compared += assert_spheres_at(frame, view, z, by_brightness)
+    assert compared > 2 * FRAMES
+
+
+def test_the_same_film_gives_the_same_bytes(written, data, tmp_path):
+    frames = movies.station_frames(data, 0, width=WIDTH, frame_rate=RATE)
+    again = encoding.write(frames, tmp_path / "again", frame_rate=RATE)
+    assert again.read_bytes() == written[0].read_bytes()
+
+
+def test_without_ffmpeg_there_are_gifs(data, tmp_path, monkeypatch):
+    def missing():
+        raise RuntimeError("No ffmpeg exe could be found.")
+
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", missing)
+    frames = movies.station_frames(data, 1, width=WIDTH, frame_rate=RATE)
+    path = encoding.write(frames, tmp_path / "station_2.5", frame_rate=RATE)
+    assert path.name == "station_2.5.gif"
+    view = movies.station_view(data, 1, WIDTH)
+    with Image.open(path) as movie:
+        assert (movie.n_frames, movie.info["duration"]) == (FRAMES, 40)
+        movie.seek(7)
+        frame = np.array(movie.convert("RGB"))
+    assert assert_spheres_at(frame, view, data["position"].values[1, 7]) > 1
+
+
+def test_scripts_from_the_command_line_and_their_word_about_a_missing_ffmpeg(tmp_path):
+    study = yaml.safe_load((SCRIPTS.parent / "config" / "tiny.yaml").read_text(encoding="utf-8"))
+    study["movies"] = {"frames": 4, "width": 480}
+    config = tmp_path / "study.yaml"
+    config.write_text(yaml.safe_dump(study), encoding="utf-8")
+    inf = float("inf")
+    results = [dns_result(sp, sf) for sp in (1.5, inf) for sf in (1.5, inf)]
+    table = combine(results, sp=[1.5, inf], sf=[1.5, inf], deborah=[0, 1], max_holes=0)
+    datasets.write(table, tmp_path / "table.nc")
+
+    def run(script, *arguments, code="pass"):
+        start = f"import runpy, sys; {code}; sys.argv = sys.argv[1:]; "
+        start += "runpy.run_path(sys.argv[0], run_name='__main__')"
+        command = [sys.executable, "-c", start, str(SCRIPTS / script), "--configfile", str(config)]
+        path = {"PYTHONPATH": str(SCRIPTS), "PATH": "", "OPENBLAS_NUM_THREADS": "1"}
+        done = subprocess.run(
+            [*command, *map(str, arguments)], capture_output=True, text=True, env=path, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    train, film = tmp_path / "train.nc", tmp_path / "film.nc"
+    condition = ["--deborah", "1", "--volume-fraction", "0.01"]
+    run("trains.py", *condition, tmp_path / "table.nc", train)
+    sources = tmp_path / "table.nc", train, film
+    words = run("movies.py", *sources, tmp_path / "mp4", tmp_path / "figures")
+    assert xr.load_dataset(film).sizes["frame"] == 4
+    assert (tmp_path / "figures" / "stations_De1_phi0.01.pdf").exists()
+    assert "GIF" not in words and (tmp_path / "mp4" / "station_10.mp4").stat().st_size > 0
+    missing = "import imageio_ffmpeg; imageio_ffmpeg._utils._get_ffmpeg_exe = lambda: None"
+    words = run("movies.py", *sources, tmp_path / "gif", code=missing)
+    assert "no ffmpeg found: movies are GIF" in words
+    assert len(list((tmp_path / "gif").glob("*.gif"))) == 4
+
+
+# ----------------------------------------------------------------------------------------- figure
+
+
+def test_strip_of_all_stations_shows_one_moment_to_scale(data):
+    figure, drawn = figures.draw("stations_De5_phi0.01", data, BETA)
+    frame = FRAMES // 2
+    assert float(drawn["time"]) == pytest.approx(frame * INTERVAL)
+    for n, axes in enumerate(figure.axes):
+        z = data["position"].values[n, frame]
+        z = z[np.isfinite(z)]
+        circles = [patch for patch in axes.patches if isinstance(patch, Circle)]
+        np.testing.assert_allclose([circle.center[0] for circle in circles], z)
+        assert {2 * circle.radius for circle in circles} == {BETA}
+        red = [to_hex(circle.get_facecolor()).upper() == style.VERMILLION for circle in circles]
+        assert red == statistics.touching(z, BETA).tolist()
+        start = float(drawn["window_start"][n])
+        assert axes.get_aspect() == 1 and axes.get_xlim() == (start, start + VIEW)
+        assert f"$L/D$ = {STATIONS[n]:g}" in axes.get_ylabel()
+    bar = figure.axes[0].lines[-1].get_xdata()
+    assert bar[1] - bar[0] == pytest.approx(0.5)  # 50 um of 100 um

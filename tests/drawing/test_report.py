@@ -1,0 +1,139 @@
+"""The interactive page and Snakemake's report: what they hold, and that a browser shows them."""
+
+import itertools
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic import DEMO_NODES, dns_result, triplet
+
+from viscotrain.drawing import interactive
+from viscotrain.table.assembly import combine
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains.repeats import run_repeats
+from viscotrain.words import MIDDLE
+
+ROOT = Path(__file__).parents[2]
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
+
+
+def velocity_table(unsolved=()):
+    results = [
+        dns_result(sp, sf, unsolved=[1.0] if (sp, sf) in unsolved else [])
+        for sp, sf in itertools.product(DEMO_NODES, DEMO_NODES)
+    ]
+    return combine(
+        results, sp=DEMO_NODES, sf=DEMO_NODES, deborah=[0.0, 1.0], max_holes=len(unsolved)
+    )
+
+
+@pytest.fixture(scope="module")
+def train():
+    result = run_repeats(
+        triplet(),
+        confinement=0.2,
+        volume_fraction=0.01,
+        centreline_velocity=1.8,
+        length=20.0,
+        stations=[0.0, 20.0],
+        passages=45,
+        repeats=1,
+        seed=1,
+    )
+    return result.assign(deborah=1.0)
+
+
+def data_of(page: str) -> dict:
+    return json.loads(re.search(r"^const data = (.*);$", page, re.MULTILINE)[1])
+
+
+def test_page_holds_the_interpolant_and_the_nodes(train):
+    table = velocity_table()
+    data = data_of(interactive.page(table, [train], "test", 100e-6))
+    layer = data["layers"][1]
+    assert [item["name"] for item in data["layers"]] == ["0", "1"]
+    row, column = 30, 50  # along sf, along sp
+    sp, sf = (1 / (1 - data["grid"][n]) for n in (column, row))
+    U = VelocityTable(table).at(1.0)(sp, sf)
+    assert layer["surface"][0][row][column] == pytest.approx(U[1] - U[0], rel=1e-3)
+    assert layer["surface"][1][row][column] == pytest.approx(U[2] - U[1], rel=1e-3)
+    s = 1 / (1 - data["grid"][row])
+    velocities = VelocityTable(table).at(1.0)
+    pair = velocities(s, np.inf)[MIDDLE] - velocities(np.inf, s)[MIDDLE]
+    assert layer["pair"][row] == pytest.approx(pair, rel=1e-3)
+    assert len(layer["solved"]) == 25
+    assert layer["solved"][-1][:2] == [1.0, 1.0]
+    assert layer["solved"][1][2].startswith("sp = 1.1, sf = 1.5: ")
+
+
+def test_holes_are_shown_and_not_painted_over():
+    data = data_of(interactive.page(velocity_table([(1.5, 2.5)]), [], "test", 100e-6))
+    assert data["layers"][0]["surface"] is not None
+    layer = data["layers"][1]
+    assert layer["surface"] is None
+    assert layer["pair"] is None
+    assert [point[2] for point in layer["holes"]] == ["sp = 1.5, sf = 2.5: no solution"]
+    assert len(layer["solved"]) == 24
+
+
+def test_tracks_are_those_of_the_trains(train):
+    (item,) = data_of(interactive.page(velocity_table(), [train], "test", 100e-6))["trains"]
+    np.testing.assert_allclose(item["positions"], train["track_position"], atol=1e-3)
+    assert item["name"] == "De = 1, volume fraction 1 %"
+    assert item["centimetres"][-1] == pytest.approx(0.2)
+
+
+def opened(path: Path, fragment="") -> tuple[str, list[str]]:
+    """The page after its scripts have run, without any network, and what they complained about."""
+    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]
+    command += ["--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=8000", "--dump-dom"]
+    done = subprocess.run(
+        [*command, f"{path.resolve().as_uri()}{fragment}"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    return done.stdout, console
+
+
+@needs_chromium
+@pytest.mark.slow
+def test_page_runs_in_a_browser(train, tmp_path):
+    path = tmp_path / "page.html"
+    text = interactive.page(velocity_table(), [train], "test", 100e-6)
+    path.write_text(text, encoding="utf-8")
+    assert len(text) < 8e6
+    shown, console = opened(path, "#deborah=0&station=40")
+    assert console == []
+    assert shown.count('class="js-plotly-plot"') == 4
+    assert "L = 10 D (0.1 cm)" in shown
+    assert 'src="http' not in text.split("</script>")[-1]
+
+
+@needs_chromium
+@pytest.mark.slow
+def test_report_runs_in_a_browser(tmp_path):
+    """Of the figures that need no simulation: captions, labels and pictures, without a network."""
+    command = [sys.executable, "-m", "snakemake", "--directory", str(tmp_path)]
+    command += ["--snakefile", str(ROOT / "Snakefile"), "--cores", "1"]
+    command += ["--configfile", str(ROOT / "config" / "tiny.yaml")]
+    command += ["--workflow-profile", "none"]
+    pictures = [f"results/tiny/figures/{name}.png" for name in ("schematic", "rheology")]
+    for more in ([], ["--report", "report.html"]):
+        done = subprocess.run(
+            [*command, *more, "--", *pictures], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+    shown, console = opened(tmp_path / "report.html")
+    assert [line for line in console if "tailwindcss" not in line] == []
+    assert "Snakemake" in shown
+    assert "Study" in shown
+    assert "What a rheometer would measure" in (tmp_path / "report.html").read_text("utf-8")

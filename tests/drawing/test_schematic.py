@@ -1,0 +1,71 @@
+"""Schematic: real proportions, from the geometry code."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.patches import Circle, Rectangle
+
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
+from viscotrain.drawing import schematic
+from viscotrain.flow.geometry import Geometry
+from viscotrain.fluid.parameters import mean_spacing
+
+CONFIG = Path(__file__).parents[2] / "config"
+
+
+@pytest.fixture(scope="module", params=["config", "paper", "tiny"])
+def study(request):
+    return stages.schematic(load_study(CONFIG / f"{request.param}.yaml"))
+
+
+@pytest.fixture
+def drawing(study):
+    return schematic.draw(schematic.geometry(study))
+
+
+def spheres(axes):
+    return [patch for patch in axes.patches if isinstance(patch, Circle)]
+
+
+def test_triplet_is_the_geometry_of_the_simulation(study, drawing):
+    data = drawing.data
+    sp, sf = float(data["sp"]), float(data["sf"])
+    assert sp in study.sp and sf in study.sf
+    geometry = Geometry.triplet(study.confinement, sp, sf, study.margin)
+    drawn = [sphere.center[0] for sphere in spheres(drawing.figure.axes[0])]
+    middle = geometry.positions[1]
+    np.testing.assert_allclose(drawn, np.array(geometry.positions) - middle)
+    box = next(p for p in drawing.figure.axes[0].patches if isinstance(p, Rectangle))
+    assert box.get_width() == pytest.approx(geometry.length)
+
+
+def test_diameters_and_mean_spacing_are_in_proportion(study, drawing):
+    for axes in drawing.figure.axes:
+        assert axes.get_aspect() == 1
+        channel = next(p for p in axes.patches if isinstance(p, Rectangle))
+        assert channel.get_height() == 1
+        assert {2 * sphere.radius for sphere in spheres(axes)} == {study.confinement}
+    z = np.sort([sphere.center[0] for sphere in spheres(drawing.figure.axes[1])])
+    assert z[0] == 0
+    assert np.diff(z).min() > study.confinement  # no overlap
+    phi = study.volume_fraction
+    spacing = mean_spacing(study.confinement, phi) * study.confinement
+    np.testing.assert_allclose(np.diff(z)[-2:], spacing)
+
+
+def test_everything_is_named(study, drawing):
+    words = " ".join(text.get_text() for axes in drawing.figure.axes for text in axes.texts)
+    for word in (
+        "$s_p\\,d$",
+        "$s_f\\,d$",
+        "$d$",
+        "$D$",
+        "inflow",
+        "outflow",
+        "trailing",
+        "leading",
+    ):
+        assert word in words
+    assert f"outlet, $z$ = {study.channel_length:g} $D$" in words

@@ -1,0 +1,243 @@
+"""Direct numerical simulation against exact, semi-analytic and published results.
+
+Tolerances are the accuracy that the project states for its default settings.
+"""
+
+import math
+from pathlib import Path
+
+import ngsolve
+import numpy as np
+import pandas as pd
+import pytest
+
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
+from viscotrain.flow import continuation, newton
+from viscotrain.flow.discretisation import Flow, copy
+from viscotrain.flow.geometry import Geometry
+from viscotrain.flow.meshes import MeshOptions, make_mesh
+from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Mode
+from viscotrain.fluid.pipe import pipe_flow
+from viscotrain.studies.dns import make_flow, solutions, solver_options, triplet
+
+ROOT = Path(__file__).parents[2]
+REFERENCE = ROOT / "tests" / "reference"
+DEMO = load_study(ROOT / "config" / "config.yaml")
+
+
+def study(confinement=0.2, deborah=(0.0,), **dns_settings):
+    """The demo study, default resolution, with another sphere and other Deborah numbers."""
+    particle = DEMO.particle.model_copy(update={"diameter": confinement * DEMO.channel.diameter})
+    values = DEMO.deborah.model_copy(update={"values": deborah})
+    settings = DEMO.dns.model_copy(update=dns_settings)
+    changed = {"particle": particle, "deborah": values, "dns": settings}
+    return stages.flow(DEMO.model_copy(update=changed))
+
+
+def velocities(sp, sf, **options) -> np.ndarray:
+    """U (deborah, sphere) with default settings."""
+    config = study(**options)
+    found = [solution for _, solution in solutions(config, triplet(config, sp, sf))]
+    assert all(solution.solved for solution in found)
+    return np.array([list(solution.velocities.values()) for solution in found])
+
+
+def rows(name):
+    return list(pd.read_csv(REFERENCE / name, comment="#").itertuples(index=False))
+
+
+# ------------------------------------------------------------------------------ Newtonian fluid
+
+
+@pytest.mark.parametrize("row", rows("newtonian_triplet.csv"))
+def test_newtonian_triplet(row):
+    (U,) = velocities(row.sp, row.sf, confinement=row.confinement)
+    assert pytest.approx([row.U1, row.U2, row.U3], abs=1e-6) == U
+
+
+@pytest.mark.parametrize("row", rows("newtonian_pair.csv"))
+def test_newtonian_pair_keeps_its_distance(row):
+    (U,) = velocities(math.inf, row.spacing, confinement=row.confinement)
+    assert pytest.approx([row.velocity] * 2, abs=1e-6) == U
+    assert U[1] - U[0] == pytest.approx(0, abs=1e-7)
+
+
+@pytest.mark.parametrize("row", rows("newtonian_sphere.csv"))
+def test_newtonian_sphere(row):
+    (U,) = velocities(math.inf, math.inf, confinement=row.confinement)
+    assert pytest.approx([row.velocity], abs=1e-6) == U
+
+
+def test_newtonian_triplet_is_reversible():
+    """Turning the flow around mirrors the triplet."""
+    (U,), (mirrored,) = velocities(1.3, 2.1), velocities(2.1, 1.3)
+    assert pytest.approx(mirrored[::-1], abs=1e-7) == U
+
+
+def test_periodic_images_are_out_of_reach():
+    (U,), (longer,) = velocities(1.2, 1.6), velocities(1.2, 1.6, margin=3.0)
+    assert pytest.approx(longer, abs=1e-6) == U
+
+
+# ---------------------------------------------------------------------------- viscoelastic fluid
+
+
+def empty_tube(axis_size: float, wall_size: float, order: int, fluid) -> Flow:
+    geometry = Geometry(0.2, spheres=(), positions=(), length=0.4, reference=None)
+    options = MeshOptions(
+        wall_size=wall_size, axis_size=axis_size, sphere_elements=14, gap_elements=3
+    )
+    return Flow(geometry, make_mesh(geometry, options, order=1), fluid, order)
+
+
+@pytest.mark.parametrize("resolution", ["default", "fine"])
+def test_tube_without_spheres_is_the_semi_analytic_flow(resolution, hyaluronic_acid):
+    """Pressure gradient on the default mesh; velocity at the axis, one point, on a finer one."""
+    default = DEMO.dns.axis_size, DEMO.dns.wall_size, DEMO.dns.velocity_order
+    sizes = {"default": default, "fine": (0.025, 0.05, 4)}
+    reference = rows("giesekus_pipe.csv")
+    flow = empty_tube(*sizes[resolution], hyaluronic_acid)
+    De = [row.deborah for row in reference]
+    for row, solution in zip(
+        reference, continuation.solve(flow, De, solver_options(DEMO)), strict=True
+    ):
+        assert solution.pressure_gradient == pytest.approx(row.pressure_gradient, rel=1e-4)
+        if resolution == "fine":
+            centreline = solution.flow.fields().u.z(solution.flow.mesh(0.17, 0.0))
+            assert centreline == pytest.approx(row.centreline, abs=1e-4)
+            exact = pipe_flow(hyaluronic_acid, row.deborah)
+            assert centreline == pytest.approx(exact.centreline_velocity, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_single_sphere_agrees_with_two_other_codes():
+    """U of one sphere, beta = 0.2, tube of 4 D, converged by two independent codes to 1e-6."""
+    converged = {0.5: 1.829855, 1.0: 1.770559, 2.0: 1.695214, 5.0: 1.653117}
+    U = velocities(math.inf, math.inf, deborah=tuple(converged))[:, 0]
+    assert pytest.approx(list(converged.values()), abs=4e-6) == U
+
+
+def test_relative_velocity_of_a_pair_begins_linearly_in_deborah():
+    """Memory alone moves a pair: halving De halves it, within the next order, De of 1 %."""
+    relative = np.diff(velocities(math.inf, 1.5, deborah=(0.005, 0.01)))[:, 0]
+    assert 1.9 < relative[1] / relative[0] < 2.1
+    assert abs(relative[1]) > 1e-6  # well above the error of the simulation
+
+
+def test_oldroyd_b_drag_on_a_sphere_in_a_two_to_one_tube():
+    """K = F/(6 pi eta_0 a U), eta_s = eta_0/2, De = lambda U/a.
+
+    Lunsmann, Genieser, Armstrong & Brown, J. Non-Newtonian Fluid Mech. 48, 1993, 63. The wall
+    moves backwards with the velocity 1 and the fluid has no flux relative to it.
+    """
+    published = {0.0: 5.9474, 0.3: 5.694, 0.6: 5.412}
+    fluid = DimensionlessFluid(0.5, (Mode(0.5, 1.0, 0.0),))
+    geometry = Geometry.triplet(0.5, math.inf, math.inf, margin=3.0)
+    options = MeshOptions(wall_size=0.1, axis_size=0.05, sphere_elements=24, gap_elements=3)
+    flow = Flow(geometry, make_mesh(geometry, options, 4), fluid, 4, mean_velocity=0.0)
+    wall = flow.unknown_of("wall")
+    flow.state.vec[wall] = -1.0
+    flow.free[wall] = flow.free_newtonian[wall] = False
+    a = geometry.radius
+    for De, K in published.items():
+        flow.deborah.Set(De * a)
+        form, free = (flow.viscoelastic, flow.free) if De else (flow.newtonian, flow.free_newtonian)
+        iteration = newton.ModifiedNewton(form, free)
+        result = iteration.solve(flow.state, tolerance=1e-8, max_iterations=20)
+        assert result.converged
+        residual = flow.state.vec.CreateVector()
+        form.Apply(flow.state.vec, residual)
+        force_on_wall = 2 * math.pi * residual[wall]  # opposite to the drag on the sphere
+        assert -force_on_wall / (6 * math.pi * a) == pytest.approx(K, abs=1e-3)
+
+
+def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
+    flow = make_flow(DEMO, triplet(DEMO, math.inf, 1.5))
+    (solution,) = continuation.solve(flow, [0.5], solver_options(DEMO))
+    assert solution.solved
+    raised = flow.variant(hyaluronic_acid, 4)
+    before = flow.sphere_velocities(), flow.pressure_gradient()
+    flow.embed(copy(flow.state.vec), raised)
+    assert raised.sphere_velocities() == pytest.approx(before[0], abs=1e-12)
+    assert raised.pressure_gradient() == pytest.approx(before[1], abs=1e-10)
+    for mine, other in zip(flow.fields().psi[0], raised.fields().psi[0], strict=True):
+        difference = ngsolve.Integrate((mine - other) ** 2, flow.mesh)
+        assert difference == pytest.approx(0, abs=1e-20)
+
+
+def test_newtonian_fluid_without_modes_needs_no_conformation():
+    flow = make_flow(DEMO, triplet(DEMO, math.inf, math.inf)).variant(NEWTONIAN, 3)
+    assert flow.fields().psi == []
+
+
+# ---------------------------------------------------------------------------------- accuracy
+
+
+COARSE = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
+
+
+def test_what_is_found_does_not_depend_on_the_other_deborah_numbers():
+    found = []
+    for deborahs in ((0.5, 2.0), (2.0,)):
+        config = study(deborah=deborahs, accuracy=1e-3, **COARSE)
+        *_, (_, last) = solutions(config, triplet(config, math.inf, 1.5))
+        found.append(last)
+    both, alone = found
+    assert both.flow.mesh.ne == alone.flow.mesh.ne
+    relative = [np.diff(list(each.velocities.values())) for each in found]
+    assert pytest.approx(relative[1], abs=1e-6) == relative[0]
+
+
+def test_meshes_are_refined_until_the_estimate_is_small():
+    found = []
+    for accuracy in (1e-2, 5e-5):
+        config = study(deborah=(2.0,), accuracy=accuracy, relative_accuracy=0.0, **COARSE)
+        ((_, solution),) = solutions(config, triplet(config, math.inf, 1.5))
+        assert solution.accurate
+        assert solution.estimated_error == max(solution.error.relative) <= accuracy
+        found.append(solution)
+    coarse, fine = found
+    assert coarse.flow.mesh.ne < fine.flow.mesh.ne
+    difference = np.subtract(*(np.diff(list(each.velocities.values())) for each in found))
+    assert abs(difference) < coarse.estimated_error
+
+
+def test_too_few_elements_give_a_solution_that_is_not_accurate():
+    few = study(deborah=(1.0,), accuracy=1e-9, relative_accuracy=0.0, max_elements=1, **COARSE)
+    ((_, solution),) = solutions(few, triplet(few, math.inf, 1.5))
+    assert solution.solved and not solution.accurate
+    assert solution.estimated_error > 1e-9
+    assert set(solution.velocities) == {"middle", "leading"}
+
+
+# ------------------------------------------------------------------------------------ continuation
+
+
+def test_steps_that_fail_are_halved():
+    """A first guess that is too far is refused; the result is that of small steps."""
+    coarse = {"velocity_order": 2, "wall_size": 0.25}
+    few = study(deborah=(2.0,), max_iterations=5, deborah_step=50.0, **coarse)
+    many = study(deborah=(0.5, 1.0, 2.0), **coarse)
+    *_, (_, hard) = solutions(few, triplet(few, math.inf, math.inf))
+    *_, (_, easy) = solutions(many, triplet(many, math.inf, math.inf))
+    assert hard.solved
+    assert hard.velocities["middle"] == pytest.approx(easy.velocities["middle"], abs=1e-7)
+
+
+def test_a_point_that_does_not_converge_ends_the_path_with_a_reason():
+    hopeless = study(deborah=(0.0, 1.0, 2.0), max_iterations=1)
+    found = list(solutions(hopeless, triplet(hopeless, 1.5, 1.5)))
+    assert [solution.solved for _, solution in found] == [False]
+    assert "no convergence" in found[-1][1].convergence.reason
+
+
+def test_where_the_ladder_is_stuck_the_mesh_of_the_start_is_taken_in_short_steps(monkeypatch):
+    config = study(deborah=(2.0,), **COARSE)
+    pair = triplet(config, math.inf, 1.5)
+    ((_, expected),) = solutions(study(deborah=(2.0,), accuracy=1.0, **COARSE), pair)
+    stuck = continuation._Outcome(newton.Convergence(updates=[1.0], reason="stuck"), 1)
+    monkeypatch.setattr(continuation._Ladder, "at", lambda ladder, De: (ladder._top, stuck))
+    ((_, solution),) = solutions(config, pair)
+    assert solution.solved and solution.fallback and not expected.fallback
+    assert solution.velocities == pytest.approx(expected.velocities, abs=1e-6)

@@ -1,0 +1,620 @@
+"""Fit of the fluid: known fluids are found again, bad or vague data refused with reasons."""
+
+import dataclasses
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from matplotlib.text import Text
+
+from viscotrain.config import stages
+from viscotrain.config.models import FluidConfig
+from viscotrain.config.reading import (
+    data_files,
+    fitted_fluid_file,
+    load_study,
+    parse_study,
+    with_fitted_fluid,
+    with_fluid,
+)
+from viscotrain.drawing.rheology_figure import rheology
+from viscotrain.errors import ConfigError, DataError, FluidError
+from viscotrain.fluid import fit_report, measurements
+from viscotrain.fluid.fit_problem import model
+from viscotrain.fluid.fluid_fit import fit
+from viscotrain.fluid.parameters import Fluid, Mode
+from viscotrain.jobs import datasets, drawings
+
+ROOT = Path(__file__).parents[2]
+HYALURONIC_ACID = Fluid(0.051, (Mode(0.257, 0.0752, 0.283), Mode(0.254, 0.00848, 0.49)))
+ONE_MODE = Fluid(0.02, (Mode(0.9, 0.03, 0.2),))
+OLDROYD_B = Fluid(0.1, (Mode(0.4, 0.05, 0.0),))
+NOISE = 0.03
+
+
+def rates(per_decade, low=0.1, high=1e4):
+    return np.geomspace(low, high, round(per_decade * math.log10(high / low)) + 1)
+
+
+def csv_text(fluid, quantities, x, noise=0.0, rng=None):
+    """A file of measurements at the same rates x of a fluid whose logarithms have some noise."""
+    abscissa = measurements.COLUMNS[quantities[0]].abscissa
+    columns = [x]
+    for quantity in quantities:
+        error = noise * rng.normal(size=x.size) if noise else 0.0
+        columns.append(model(quantity, x, fluid) * np.exp(error))
+    lines = [",".join([abscissa, *quantities])]
+    lines += [",".join(f"{value:.10g}" for value in row) for row in zip(*columns, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def measured(folder, fluid=HYALURONIC_ACID, per_decade=10, noise=0.0, seed=0, **spans):
+    """Two files of a fluid, as paths; spans: (low, high) of frequency and rate, None: no file."""
+    rng = np.random.default_rng(seed)
+    spans = {"frequency": (0.1, 1e3), "rate": (0.1, 1e4)} | spans
+    texts = {
+        "oscillation.csv": (("storage_modulus", "loss_modulus"), spans["frequency"]),
+        "shear.csv": (("viscosity",), spans["rate"]),
+    }
+    if not fluid.modes:
+        texts["oscillation.csv"] = (("loss_modulus",), spans["frequency"])
+    paths = []
+    for name, (quantities, span) in texts.items():
+        if span is not None:
+            text = csv_text(fluid, quantities, rates(per_decade, *span), noise, rng)
+            paths.append(folder / name)
+            paths[-1].write_text(text, encoding="utf-8")
+    return paths
+
+
+def parameters(fluid):
+    return np.array(
+        [
+            fluid.solvent_viscosity,
+            *(
+                value
+                for mode in fluid.modes
+                for value in (mode.viscosity, mode.relaxation_time, mode.mobility)
+            ),
+        ]
+    )
+
+
+# ------------------------------------------------------------------------------------ recovery
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_table_i_is_found_again_in_noise(seed, tmp_path):
+    """Two modes are chosen; viscosities and times within 5 %, mobilities within 15 %.
+
+    Measured like a careful rheologist does, at 20 points per decade: the information in fewer
+    points does not reach 15 % of the mobility of the slow mode.
+    """
+    files = measured(tmp_path, per_decade=20, noise=NOISE, seed=seed)
+    found = fit(measurements.read(files)).chosen
+    assert len(found.fluid.modes) == 2
+    error = np.abs(parameters(found.fluid) / parameters(HYALURONIC_ACID) - 1)
+    mobility = [name.endswith("mobility") for name in found.names]
+    assert error[np.logical_not(mobility)].max() < 0.05
+    assert error[mobility].max() < 0.15
+    assert found.misfit == pytest.approx(NOISE, rel=0.2)
+
+
+@pytest.mark.parametrize("fluid", [HYALURONIC_ACID, ONE_MODE, OLDROYD_B, Fluid(0.3)])
+def test_exact_data_give_the_fluid(fluid, tmp_path):
+    result = fit(measurements.read(measured(tmp_path, fluid)))
+    found = result.chosen
+    assert len(found.fluid.modes) == len(fluid.modes)
+    # the files have ten digits; a mobility at its limit 0 is approached from inside
+    assert parameters(found.fluid) == pytest.approx(parameters(fluid), rel=1e-5, abs=1e-4)
+    assert found.misfit < 1e-4
+    assert np.all(found.uncertainties > 0)  # exact data are no certainty
+    counts = [len(candidate.fluid.modes) for candidate in result.candidates]
+    # one more than there are, with which the criterion rises
+    assert counts == list(range(1 if fluid.modes else 0, len(fluid.modes) + 2))
+
+
+def test_uncertainties_are_those_of_repeated_measurements(tmp_path):
+    """Mean of ((found - true)/uncertainty)^2 is 1; a factor two would make it 1/4 or 4.
+
+    The seven deviations of a fit are correlated: with 16 fits the mean scatters by about 0.2.
+    """
+    scores = []
+    for seed in range(16):
+        files = measured(tmp_path, per_decade=10, noise=NOISE, seed=seed)
+        found = fit(measurements.read(files), modes=2).chosen
+        logarithmic = np.array([not name.endswith("mobility") for name in found.names])
+        true = parameters(HYALURONIC_ACID)
+        deviation = np.where(logarithmic, np.log(found.values / true), found.values - true)
+        scores.append(np.mean((deviation / found.uncertainties) ** 2))
+    assert 0.5 < np.mean(scores) < 1.8
+
+
+def test_uncertainty_of_a_mean_by_hand(tmp_path):
+    """A solvent in steady shear: the geometric mean, with the standard error of a mean."""
+    path = tmp_path / "shear.csv"
+    eta = np.array([0.9, 1.1, 1.0, 1.2, 0.8, 1.05])
+    rows = [f"{rate},{value}" for rate, value in zip(rates(1, 1, 1e5), eta, strict=True)]
+    path.write_text("shear_rate,viscosity\n" + "\n".join(rows), encoding="utf-8")
+    found = fit(measurements.read([path]), modes=0).chosen
+    assert found.fluid.solvent_viscosity == pytest.approx(np.exp(np.log(eta).mean()), rel=1e-6)
+    assert found.uncertainties == pytest.approx([np.log(eta).std(ddof=1) / 6**0.5], rel=1e-5)
+    squares = np.sum((np.log(eta) - np.log(eta).mean()) ** 2)
+    assert found.criterion == pytest.approx(6 * math.log(squares / 6) + math.log(6), rel=1e-6)
+
+
+def test_known_solvent_is_not_fitted(tmp_path):
+    """Where rates do not reach the solvent, it has to be known."""
+    spans = {"frequency": (0.1, 100.0), "rate": (0.1, 100.0)}
+    fluid = Fluid(0.001, ONE_MODE.modes)
+    data = measurements.read(measured(tmp_path, fluid, noise=NOISE, **spans))
+    with pytest.raises(
+        DataError, match=r"(?s)1 mode:\n  solvent_viscosity: .*known fluid\.solvent"
+    ):
+        fit(data)
+    found = fit(data, solvent_viscosity=0.001).chosen
+    assert found.names[0] == "modes[0].viscosity"
+    assert found.fluid.solvent_viscosity == 0.001
+    assert found.fluid.modes[0].viscosity == pytest.approx(0.9, rel=0.05)
+    assert found.fluid.modes[0].relaxation_time == pytest.approx(0.03, rel=0.05)
+
+
+def test_modes_are_in_order_whatever_the_start(tmp_path):
+    found = fit(measurements.read(measured(tmp_path)), modes=2).chosen
+    times = [mode.relaxation_time for mode in found.fluid.modes]
+    assert times == sorted(times, reverse=True)
+    assert found.values.tolist() == pytest.approx(parameters(found.fluid).tolist())
+
+
+def test_one_modulus_and_viscosities_are_enough(tmp_path):
+    """A column that was not measured may be missing; swapped moduli would not fit."""
+    x = rates(10, 0.1, 1e3)
+    loss = tmp_path / "loss.csv"
+    loss.write_text(csv_text(HYALURONIC_ACID, ("loss_modulus",), x), encoding="utf-8")
+    shear = measured(tmp_path, frequency=None)
+    found = fit(measurements.read([loss, *shear]), modes=2).chosen
+    assert parameters(found.fluid) == pytest.approx(parameters(HYALURONIC_ACID), rel=1e-4)
+
+
+def test_correlation_is_a_correlation(tmp_path):
+    found = fit(measurements.read(measured(tmp_path, noise=NOISE)), modes=2).chosen
+    assert np.diag(found.correlation) == pytest.approx(np.ones(7))
+    assert np.abs(found.correlation).max() <= 1 + 1e-12
+    assert np.linalg.eigvalsh(found.correlation).min() > 0
+    at = {name: k for k, name in enumerate(found.names)}
+    # what one mode takes, the other gives
+    assert found.correlation[at["modes[0].viscosity"], at["modes[1].viscosity"]] < -0.5
+
+
+# ------------------------------------------------------------------------------------ refusals
+
+
+def test_refuses_fewer_points_than_parameters(tmp_path):
+    text = "shear_rate,viscosity\n0.1,1\n1,0.9\n10,0.5\n100,0.2\n"
+    (tmp_path / "few.csv").write_text(text, encoding="utf-8")
+    data = measurements.read([tmp_path / "few.csv"])
+    message = "found 4 measured numbers; allowed: at least 5, more than the 4 parameters of a fluid"
+    with pytest.raises(DataError, match=f"{message} with 1 mode$"):
+        fit(data, modes=1)
+
+
+def test_refuses_a_narrow_range(tmp_path):
+    files = measured(tmp_path, per_decade=40, frequency=(10, 50), rate=(12, 60))
+    message = r"rates from 10 to 6\d.* 1/s were measured, 0\.8 decades; allowed: at least 1"
+    with pytest.raises(DataError, match=message):
+        fit(measurements.read(files))
+
+
+def test_refuses_moduli_without_viscosities(tmp_path):
+    with pytest.raises(DataError, match="no viscosity was measured; allowed: moduli with visc"):
+        fit(measurements.read(measured(tmp_path, rate=None)))
+
+
+def test_refuses_a_storage_modulus_without_modes(tmp_path):
+    with pytest.raises(DataError, match="found a storage modulus; allowed: at least one mode"):
+        fit(measurements.read(measured(tmp_path)), modes=0)
+
+
+def test_refuses_more_modes_than_the_data_show(tmp_path):
+    files = measured(tmp_path, ONE_MODE, noise=NOISE)
+    with pytest.raises(DataError) as caught:
+        fit(measurements.read(files), modes=3)
+    message = str(caught.value)
+    assert message.startswith("the data do not determine a fluid with 3 modes:\n  modes[")
+    assert "allowed: fewer modes (fluid.fit.modes)" in message
+
+
+def test_refuses_a_plateau_that_hides_the_relaxation_time(tmp_path):
+    """Slow flow only: viscosity and G'' of a Newtonian fluid, and a G' far below."""
+    spans = {"frequency": (0.1, 1.5), "rate": (0.1, 1.5)}
+    files = measured(tmp_path, noise=NOISE, **spans)
+    with pytest.raises(DataError, match=r"do not determine a fluid .*\n  .*(uncertainty|limit)"):
+        fit(measurements.read(files))
+
+
+@pytest.mark.parametrize("factor", [1e3, 1 / (2 * math.pi)], ids=["mPa s", "Hz"])
+def test_refuses_other_units_in_one_file(factor, tmp_path):
+    """Viscosities in mPa s, or frequencies in Hz, do not fit to the rest."""
+    files = measured(tmp_path, noise=NOISE)
+    column = 1 if factor > 1 else 0
+    path = files[1] if factor > 1 else files[0]
+    head, *rows = path.read_text().splitlines()
+    cells = [[float(cell) for cell in row.split(",")] for row in rows]
+    for row in cells:
+        row[column] *= factor
+    path.write_text("\n".join([head, *(",".join(map(str, row)) for row in cells)]))
+    with pytest.raises(DataError, match=r"misses the data by \d+ % \(rms\); allowed: 25 %.*Hz"):
+        fit(measurements.read(files))
+
+
+# ------------------------------------------------------------------------------------ bad files
+
+OSCILLATION = "angular_frequency,storage_modulus,loss_modulus\n"
+SHEAR = "shear_rate,viscosity\n"
+WRONG = {
+    "unknown column": (
+        "frequency,viscosity\n1,2\n",
+        1,
+        "unknown column 'frequency'; did you mean angular_frequency?",
+    ),
+    "unlike any column": (
+        "shear_rate,viscosity,temperature\n1,2,3\n",
+        1,
+        "unknown column 'temperature'; allowed: angular_frequency, storage_modulus, loss_modulus",
+    ),
+    "column twice": (
+        "shear_rate,viscosity,viscosity\n1,2,3\n",
+        1,
+        "column 'viscosity' found 2 times",
+    ),
+    "no abscissa": (
+        "viscosity\n2\n",
+        1,
+        "viscosity without the column shear_rate",
+    ),
+    "only an abscissa": (
+        "shear_rate\n2\n",
+        1,
+        "nothing measured; allowed: storage_modulus, loss_modulus, viscosity",
+    ),
+    "semicolons": (
+        "# one line before\nshear_rate;viscosity\n1;2\n",
+        2,
+        "columns separated by semicolons; allowed: by commas",
+    ),
+    "tabs": (
+        "shear_rate\tviscosity\n1\t2\n",
+        1,
+        "columns separated by tabs; allowed: by commas",
+    ),
+    "numbers first": (
+        "1,2\n",
+        1,
+        "no column names; allowed: angular_frequency, ",
+    ),
+    "cells": (
+        SHEAR + "1,2\n2,3,4\n",
+        3,
+        "found 3 cells; allowed: 2, as named",
+    ),
+    "no number": (
+        SHEAR + "1,2\n\n2,high\n",
+        4,
+        "viscosity: found 'high'; allowed: a finite number",
+    ),
+    "decimal comma": (
+        SHEAR + '"1,5",2\n',
+        2,
+        "shear_rate: found '1,5' (write 1.5); allowed: a finite number",
+    ),
+    "nan": (
+        SHEAR + "1,nan\n",
+        2,
+        "viscosity: found 'nan'; allowed: a finite number",
+    ),
+    "infinite": (
+        SHEAR + "inf,1\n",
+        2,
+        "shear_rate: found 'inf'; allowed: a finite number",
+    ),
+    "negative": (
+        OSCILLATION + "1,0.1,0.2\n2,-0.3,0.4\n",
+        3,
+        "storage_modulus: found -0.3; allowed: above 0",
+    ),
+    "zero rate": (
+        SHEAR + "0,1\n",
+        2,
+        "shear_rate: found 0; allowed: above 0",
+    ),
+    "viscosity out of range": (
+        SHEAR + "1,2e9\n",
+        2,
+        "viscosity: found 2e+09; allowed: 1e-05 to 1e+08 Pa s. Is the unit Pa s?",
+    ),
+    "modulus out of range": (
+        OSCILLATION + "1,1,1e-8\n",
+        2,
+        "loss_modulus: found 1e-08; allowed: 1e-06 to 1e+09 Pa. Is the unit Pa?",
+    ),
+    "frequency out of range": (
+        OSCILLATION + "1e9,1,1\n",
+        2,
+        "angular_frequency: found 1e+09; allowed: 1e-06 to 1e+07 rad/s. Is the unit rad/s?",
+    ),
+    "unsorted": (
+        SHEAR + "1,2\n10,1\n5,1.5\n",
+        4,
+        "shear_rate: found 5 after 10 in line 3; allowed: ascending",
+    ),
+    "repeated": (
+        OSCILLATION + "1,2,3\n# again\n1,2.1,3.1\n",
+        4,
+        "angular_frequency: found 1 again, as in line 2; allowed: every value once",
+    ),
+    "value without its rate": (
+        SHEAR + "1,2\n,3\n",
+        3,
+        "viscosity without a value of shear_rate",
+    ),
+    "not UTF-8": (
+        (SHEAR + "1,2\n# 5 \xb0C\n").encode("latin-1"),
+        3,
+        "found the byte 0xb0; allowed: UTF-8 text",
+    ),
+    "empty": ("", 1, "no column names; allowed: angular_frequency, storage_modulus"),
+    "no numbers": (SHEAR + ",\n", None, "no measured numbers"),
+}
+
+
+@pytest.mark.parametrize(("content", "line", "problem"), WRONG.values(), ids=WRONG)
+def test_bad_file_is_named_with_its_line(content, line, problem, tmp_path):
+    path = tmp_path / "bad.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(DataError) as caught:
+        measurements.read([path])
+    where = str(path) if line is None else f"{path}, line {line}"
+    first, *rest = str(caught.value).splitlines()
+    assert first == "measured data: 1 problem"
+    assert rest[0].startswith(f"  {where}: {problem}")
+    assert len(rest) == 1
+
+
+def test_one_message_lists_the_problems_of_all_files(tmp_path):
+    (tmp_path / "a.csv").write_text(SHEAR + "1,x\n2,-1\n", encoding="utf-8")
+    (tmp_path / "b.csv").write_text(OSCILLATION + "1,2\n", encoding="utf-8")
+    paths = [tmp_path / name for name in ("a.csv", "b.csv", "c.csv")]
+    with pytest.raises(DataError) as caught:
+        measurements.read(paths)
+    message = str(caught.value)
+    assert message.startswith("measured data: 4 problems\n")
+    found = re.findall(r"(\w\.csv), line (\d)|(c\.csv): cannot be read: No such file", message)
+    assert found == [("a.csv", "2", ""), ("a.csv", "3", ""), ("b.csv", "2", ""), ("", "", "c.csv")]
+
+
+def test_a_long_list_of_problems_is_cut(tmp_path):
+    (tmp_path / "a.csv").write_text(SHEAR + "1,x\n" * 50, encoding="utf-8")
+    with pytest.raises(DataError) as caught:
+        measurements.read([tmp_path / "a.csv"])
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 2 + measurements.MOST_PROBLEMS
+    assert lines[-1] == "  ... and 30 more"
+
+
+def test_comments_byte_order_mark_and_empty_cells_are_fine(tmp_path):
+    text = (
+        "\ufeff# rheometer\r\n viscosity , shear_rate,angular_frequency, loss_modulus\r\n"
+        "2, 1,0.5,\r\n\r\n1,3,,\r\n,,0.7,9\r\n"
+    )
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8", newline="")
+    data = measurements.read([tmp_path / "a.csv"])
+    found = data[["line", "quantity", "abscissa", "measured"]].values.tolist()
+    assert found == [[3, "viscosity", 1, 2], [5, "viscosity", 3, 1], [6, "loss_modulus", 0.7, 9]]
+
+
+# --------------------------------------------------------------------------------------- output
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    files = measured(tmp_path_factory.mktemp("data"), noise=NOISE)
+    return fit(measurements.read(files))
+
+
+def test_yaml_is_a_section_of_a_config(fitted):
+    text = fit_report.as_yaml(fitted.chosen)
+    study = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
+    fluid = parse_study(study | yaml.safe_load(text)).fluid
+    assert parameters(fluid) == pytest.approx(parameters(fitted.chosen.fluid), rel=1e-3)
+    comments = " ".join(line[2:] for line in text.splitlines() if line.startswith("# "))
+    assert comments.startswith("Fitted to 133 numbers in oscillation.csv, shear.csv, rms deviation")
+    assert f"modes[0].viscosity {100 * fitted.chosen.uncertainties[1]:.1f} %" in comments
+    assert max(map(len, text.splitlines())) < 100
+
+
+def test_a_falling_shear_stress_is_told(fitted):
+    assert "no unique steady flow" not in fit_report.as_yaml(fitted.chosen)
+    thinning = Fluid(0.01, (Mode(1.0, 0.1, 0.9),))
+    text = fit_report.as_yaml(dataclasses.replace(fitted.chosen, fluid=thinning))
+    found = re.search(
+        r"falls with the shear rate at (\S+) 1/s: no unique", text.replace("\n# ", " ")
+    )
+    rate = float(found[1])
+    before, after = (model("viscosity", r, thinning) * r for r in (rate, 1.02 * rate))
+    assert before > after
+
+
+def test_dataset_holds_data_model_and_residuals(fitted, tmp_path):
+    datasets.write(fit_report.dataset(fitted, {"title": "fit"}), tmp_path / "fit.nc")
+    result = xr.load_dataset(tmp_path / "fit.nc")
+    assert result["residual"].values == pytest.approx(np.log(result["model"] / result["measured"]))
+    rows = result["quantity"] == "loss_modulus"
+    expected = model("loss_modulus", result["abscissa"].values[rows], fitted.chosen.fluid)
+    assert result["model"].values[rows] == pytest.approx(expected, rel=1e-12)
+    assert result["value"].sel(parameter="modes[1].mobility") == fitted.chosen.values[-1]
+    assert result["criterion"].sel(modes=2) == result["criterion"].min()
+    assert result["determined"].sel(modes=2) == 1
+    assert all("long_name" in result[name].attrs for name in result.variables)
+
+
+def test_script_writes_fluid_details_and_figure(tmp_path):
+    files = measured(tmp_path, ONE_MODE, noise=NOISE)
+    command = [sys.executable, str(ROOT / "scripts" / "fluid_fit.py"), *map(str, files)]
+    done = subprocess.run(
+        [*command, "--modes", "1", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": str(ROOT / "scripts")},
+    )
+    assert done.returncode == 0, done.stderr
+    assert "<- chosen" in done.stdout
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert written == {"fluid.yaml", "fit.nc", "rheology.png", "rheology.pdf", "rheology.csv"}
+
+
+# ---------------------------------------------------------------------------------- in a study
+
+TINY = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
+FITTED = TINY | {"study": "fitted", "fluid": {"data": ["a.csv"]}}
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (("--modes", "7"), "argument --modes: invalid choice: 7"),
+        (("--solvent-viscosity", "-1"), "found -1; allowed: number > 0"),
+    ],
+)
+def test_script_refuses_options(option, message, tmp_path):
+    command = [sys.executable, str(ROOT / "scripts" / "fluid_fit.py"), "a.csv", "out"]
+    done = subprocess.run(
+        [*command, *option],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(ROOT / "scripts")},
+    )
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_study_takes_the_fitted_fluid(fitted, tmp_path):
+    study = parse_study(FITTED | {"deborah": TINY["deborah"] | {"definition": "longest_mode"}})
+    file = tmp_path / fitted_fluid_file(study)
+    with pytest.raises(
+        ConfigError, match=r"study fitted: 1 problem\n  fluid\.data: not fitted yet"
+    ):
+        with_fitted_fluid(study, tmp_path)
+    with pytest.raises(FluidError, match="not fitted yet"):
+        _ = study.dimensionless_fluid
+    file.parent.mkdir(parents=True)
+    file.write_text(fit_report.as_yaml(fitted.chosen), encoding="utf-8")
+    known = with_fitted_fluid(study, tmp_path)
+    assert known.fluid == FluidConfig.model_validate(fit_report.rounded(fitted.chosen.fluid))
+    assert stages.flow(study).with_fluid(known.fluid.physical()) == stages.flow(known)
+    assert parse_study(yaml.safe_load(known.resolved_yaml())) == known
+
+
+def test_a_study_that_writes_its_fluid_is_left_alone(tmp_path):
+    study = parse_study(TINY)
+    assert fitted_fluid_file(study) is None
+    assert with_fitted_fluid(study, tmp_path) is study
+    assert data_files(study, "config/tiny.yaml") == []
+
+
+def test_a_fitted_newtonian_fluid_has_no_deborah_number(tmp_path):
+    study = parse_study(FITTED)
+    with pytest.raises(ConfigError, match=r"deborah\.values\[1\]: found 1.*fluid\.modes is empty"):
+        with_fluid(study, FluidConfig(solvent_viscosity=1.0, modes=()))
+
+
+def test_data_are_relative_to_the_config_file(tmp_path, monkeypatch):
+    (tmp_path / "config").mkdir()
+    (tmp_path / "run").mkdir()
+    (tmp_path / "config" / "a.csv").touch()
+    monkeypatch.chdir(tmp_path / "run")
+    study = parse_study(FITTED)
+    assert data_files(study, tmp_path / "config" / "x.yaml") == ["../config/a.csv"]
+    with pytest.raises(ConfigError, match=r"fluid\.data\[0\]: there is no file a\.csv; allowed"):
+        data_files(study, tmp_path / "run" / "x.yaml")
+
+
+def test_the_example_is_fitted_and_says_that_it_is_synthetic():
+    path = ROOT / "config" / "synthetic_rheology.csv"
+    assert path.read_text(encoding="utf-8").startswith("# Synthetic, not measured")
+    found = fit(measurements.read([path]), modes=2).chosen
+    assert not found.undetermined
+    deviation = np.abs(parameters(found.fluid) / parameters(HYALURONIC_ACID) - 1)
+    assert deviation.max() < 0.15
+
+
+# --------------------------------------------------------------------------------------- figure
+
+
+def texts(drawing):
+    return " | ".join(text.get_text() for text in drawing.figure.findobj(Text))
+
+
+def test_figure_shows_model_and_data(fitted):
+    chosen = fitted.chosen
+    drawing = rheology(chosen.fluid, chosen.data, {1.0: 13.3, 5.0: 66.5, 3000.0: 4e4})
+    data = drawing.data
+    points = data[data["kind"] == "measured"]
+    assert points.groupby("quantity").size().to_dict() == {
+        "storage_modulus": 41,
+        "loss_modulus": 41,
+        "viscosity": 51,
+    }
+    for quantity, unit in (
+        ("storage_modulus", "Pa"),
+        ("loss_modulus", "Pa"),
+        ("viscosity", "Pa s"),
+    ):
+        curve = data[(data["quantity"] == quantity) & (data["kind"] == "model")]
+        x = curve["abscissa_per_second"].to_numpy()
+        assert curve["value"].to_numpy() == pytest.approx(model(quantity, x, chosen.fluid))
+        assert set(curve["unit"]) == {unit}
+        own = points[points["quantity"] == quantity]["abscissa_per_second"]
+        assert x[0] < own.min() < own.max() < x[-1]
+    found = texts(drawing)
+    for words in ("angular frequency [rad/s]", "shear rate [1/s]", "viscosity [Pa s]", "measured"):
+        assert words in found
+    assert "De = 5" in found
+    oscillation, shear = drawing.figure.axes
+    drawn = {line.get_label(): line for line in oscillation.lines}
+    storage = data[(data["quantity"] == "storage_modulus") & (data["kind"] == "model")]
+    assert drawn["storage modulus $G'$, model"].get_ydata() == pytest.approx(storage["value"])
+    assert shear.get_xlim()[1] > 4e4 > points["abscissa_per_second"].max()  # the flow is in view
+    assert oscillation.get_xlim()[1] < 4e3
+    assert shear.get_yscale() == oscillation.get_xscale() == "log"
+
+
+def test_figure_of_a_newtonian_fluid_has_no_storage_modulus():
+    drawing = rheology(Fluid(0.5))
+    assert set(drawing.data["quantity"]) == {"loss_modulus", "viscosity"}
+    assert "measured" not in texts(drawing)
+    eta = drawing.data.loc[drawing.data["quantity"] == "viscosity", "value"]
+    assert eta.to_numpy() == pytest.approx(np.full(len(eta), 0.5))
+    low, high = drawing.figure.axes[1].get_ylim()
+    assert high / low > 50  # flat is seen as flat
+
+
+def test_figure_is_written_with_its_data(tmp_path):
+    study = load_study(ROOT / "config" / "paper.yaml")
+    assert stages.rheology(study).shear_rates()[5.0] == pytest.approx(5 / 0.0752)
+    rates = stages.rheology(study).shear_rates()
+    drawing = rheology(study.fluid.physical(), rates=rates)
+    paths = drawings.save(drawing, tmp_path / "rheology")
+    assert [path.name for path in paths] == ["rheology.png", "rheology.pdf", "rheology.csv"]
+    again = drawings.save(rheology(study.fluid.physical(), rates=rates), tmp_path / "again")
+    for one, other in zip(paths, again, strict=True):
+        assert one.read_bytes() == other.read_bytes()

@@ -1,0 +1,275 @@
+"""The estimate before a run: what is counted, what is done already, and how times are scaled."""
+
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import xarray as xr
+
+from viscotrain.config import stages
+from viscotrain.config.geometries import simulated, simulated_deborahs
+from viscotrain.config.names import geometry_name, train_name
+from viscotrain.config.reading import load_study
+from viscotrain.config.study import Study
+from viscotrain.jobs import provenance
+from viscotrain.jobs.costs import (
+    GROWTH,
+    MEASURED,
+    CostModel,
+    cost_of,
+    estimate,
+    flow_seconds,
+    own_costs,
+    train_seconds,
+    unknowns_per_element,
+    work_of,
+)
+from viscotrain.jobs.digests import digest
+from viscotrain.studies.dns import make_flow, triplet
+from viscotrain.words import INACCURATE
+
+ROOT = Path(__file__).parents[2]
+
+
+def measured_row(deborah: float, seconds: float, order=4, sp=1.5, sf=1.5, solved=True):
+    return {
+        "sp": sp,
+        "sf": sf,
+        "deborah": deborah,
+        "velocity_order": order,
+        "modes": 2,
+        "solved": solved,
+        "cpu_seconds": seconds,
+    }
+
+
+@pytest.fixture
+def measured() -> pd.DataFrame:
+    """Triplets at three De in order 4 and at one in order 3; a sphere takes a fifth of the time."""
+    triplets = [
+        measured_row(0.0, 1.0),
+        measured_row(1.0, 2.0),
+        measured_row(1.0, 4.0, sp=1.1),
+        measured_row(8.0, 12.0),
+        measured_row(1.0, 1.0, order=3),
+    ]
+    spheres = [measured_row(row["deborah"], row["cpu_seconds"] / 5) for row in triplets]
+    return pd.DataFrame([*triplets, *(row | {"sp": math.inf, "sf": math.inf} for row in spheres)])
+
+
+@pytest.fixture
+def study() -> Study:
+    return load_study(ROOT / "config" / "tiny.yaml")
+
+
+def results_of(study: Study, folder: Path, geometries, trains=()) -> Path:
+    """Files as a run leaves them, as far as the estimate looks at them."""
+    for sub in ("dns/timing", "trains"):
+        (folder / sub).mkdir(parents=True, exist_ok=True)
+    for geometry in geometries:
+        own = stages.dns(study, *geometry)
+        attributes = provenance.attributes("test", own, digest("dns"))
+        De = list(simulated_deborahs(study, *geometry))
+        outcome = xr.Dataset({"status": ("deborah", [0] * len(De))}, {"deborah": De}, attributes)
+        outcome.to_netcdf(folder / f"dns/{geometry_name(*geometry)}.nc")
+        timing = [{"deborah": 0, "cpu_seconds": 0.5}, {"deborah": 1, "cpu_seconds": 7.0}]
+        path = folder / f"dns/timing/{geometry_name(*geometry)}.csv"
+        pd.DataFrame(timing).assign(sp=geometry[0], sf=geometry[1]).to_csv(path, index=False)
+    attributes = provenance.attributes("test", stages.trains(study), digest("trains"))
+    for train in trains:
+        xr.Dataset(attrs=attributes).to_netcdf(folder / f"trains/{train_name(*train)}.nc")
+    return folder
+
+
+# ---------------------------------------------------------------------------------- what is counted
+
+
+def test_counts_of_a_study_that_never_ran(study, tmp_path):
+    work = work_of(study, tmp_path)
+    # Of 2 x 2 and one to check, (inf, 1.5) is (1.5, inf).
+    assert work.flows == work.flows_left == simulated(study)
+    assert len(work.flows) == 4
+    assert work.solved == 0
+    assert work.trains == work.trains_left == ((1.0, 0.01),)
+
+
+def test_finished_geometries_are_not_counted_again(study, tmp_path):
+    work = work_of(study, results_of(study, tmp_path, list(simulated(study))[:3], [(1.0, 0.01)]))
+    assert len(work.flows_left) == 1
+    assert work.solved == 6
+    assert len(work.trains_left) == 1  # the table they rest on will change
+
+
+def test_nothing_is_left_of_a_finished_study(study, tmp_path, measured):
+    everything = work_of(study, tmp_path).flows
+    work = work_of(study, results_of(study, tmp_path, everything, [(1.0, 0.01)]))
+    assert (work.flows_left, work.trains_left) == ({}, ())
+    assert cost_of(study, work, own_costs(tmp_path), measured).together == 0
+    assert "expected     0.00 core-hours" in estimate(study, tmp_path, 2, measured)
+
+
+@pytest.mark.parametrize("change", [{"dns": {"tolerance": 1e-8}}, {"particle": {"diameter": 1e-5}}])
+def test_results_of_other_settings_do_not_count(change, study, tmp_path):
+    results_of(study, tmp_path, study.geometries)
+    section, values = next(iter(change.items()))
+    other = study.model_copy(update={section: getattr(study, section).model_copy(update=values)})
+    assert len(work_of(other, tmp_path).flows_left) == 4
+
+
+def test_results_of_other_physics_do_not_count(study, tmp_path):
+    results_of(study, tmp_path, study.geometries)
+    path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
+    dataset = xr.load_dataset(path).assign_attrs(code_digest="0123")
+    dataset.to_netcdf(path)
+    assert study.geometries[0] in work_of(study, tmp_path).flows_left
+
+
+def test_broken_files_do_not_count(study, tmp_path):
+    results_of(study, tmp_path, study.geometries[:1])
+    path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
+    path.write_bytes(path.read_bytes()[:100])
+    assert len(work_of(study, tmp_path).flows_left) == 4
+
+
+def test_points_are_counted_and_not_files(study, tmp_path, measured):
+    results_of(study, tmp_path, study.geometries[:1])
+    path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
+    failed = xr.load_dataset(path)
+    failed["status"][1] = 1
+    failed.to_netcdf(path)
+    text = estimate(study, tmp_path, 2, measured)
+    assert "solved       1 points of 1 geometries; 1 without a solution; 0 trains" in text
+
+
+def test_points_that_are_not_accurate_are_solved(study, tmp_path):
+    results_of(study, tmp_path, study.geometries[:1])
+    path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
+    rough = xr.load_dataset(path)
+    rough["status"][1] = INACCURATE
+    rough.to_netcdf(path)
+    assert work_of(study, tmp_path).solved == 2
+
+
+def test_finished_start_ups_are_not_counted_again(study, tmp_path):
+    method = study.dns.model_copy(update={"method": "transient"})
+    study = study.model_copy(update={"dns": method})
+    (tmp_path / "transient").mkdir()
+    own = stages.transient(study, 1.0)
+    attributes = provenance.attributes("test", own, digest("transient"))
+    outcome = xr.Dataset({"status": 0, "deborah": 1.0}, attrs=attributes)
+    outcome.to_netcdf(tmp_path / "transient/sp1.5_sf1.5_De1.nc")
+    assert work_of(study, tmp_path).flows_left[1.5, 1.5] == (0,)
+
+
+# ----------------------------------------------------------------------------------- cost of a flow
+
+
+def test_measured_times_are_returned_as_they_are(measured):
+    model = CostModel(measured)
+    assert model.seconds(0.0, 3, 4, 2) == pytest.approx(1.0)
+    assert model.seconds(1.0, 3, 4, 2) == pytest.approx(3.0)  # the mean
+    assert model.seconds(8.0, 3, 4, 2) == pytest.approx(12.0)
+    assert model.seconds(1.0, 3, 3, 2) == pytest.approx(1.0)
+    assert model.seconds(8.0, 1, 4, 2) == pytest.approx(12.0 / 5)
+
+
+def test_between_measured_deborah_numbers_times_are_interpolated(measured):
+    model = CostModel(measured)
+    between = 0.5 * (math.sqrt(3 * 17) - 1)  # half way in log(1 + De/De_0)
+    assert model.seconds(between, 3, 4, 2) == pytest.approx(6.0)
+    assert model.seconds(100.0, 3, 4, 2) == model.seconds(8.0, 3, 4, 2)
+
+
+def test_other_orders_and_fluids_are_scaled_by_their_unknowns(measured):
+    model = CostModel(measured)
+    ratio = unknowns_per_element(4, 3) / unknowns_per_element(4, 2)
+    assert model.seconds(1.0, 3, 4, 3) == pytest.approx(3.0 * ratio**GROWTH)
+    ratio = unknowns_per_element(2, 2) / unknowns_per_element(3, 2)
+    assert model.seconds(1.0, 3, 2, 2) == pytest.approx(ratio**GROWTH)  # the nearest one is 3
+    assert model.seconds(0.0, 3, 2, 7) == model.seconds(0.0, 3, 4, 2)  # Newtonian, in high order
+
+
+def test_a_pair_takes_the_nearest_number_of_spheres(measured):
+    triplets = measured[measured.sp < math.inf]
+    assert CostModel(triplets).seconds(8.0, 2, 4, 2) == pytest.approx(12.0 * 2 / 3)
+
+
+def test_points_that_were_not_solved_are_left_out(measured):
+    failed = measured.assign(solved=False, cpu_seconds=1e6)
+    both = pd.concat([measured, failed])
+    assert CostModel(both).seconds(1, 3, 4, 2) == CostModel(measured).seconds(1, 3, 4, 2)
+
+
+def test_unknowns_per_element_are_those_of_a_large_mesh():
+    study = load_study(ROOT / "config" / "config.yaml")
+    fine = study.dns.model_copy(update={"wall_size": 0.03, "axis_size": 0.03})
+    study = study.model_copy(update={"dns": fine})
+    own = stages.flow(study)
+    flow = make_flow(own, triplet(own, math.inf, math.inf))
+    expected = unknowns_per_element(4, 2)
+    assert flow.space.ndof / flow.mesh.ne == pytest.approx(expected, rel=0.05)
+
+
+def test_own_times_of_a_study_go_before_measured_ones(study, tmp_path, measured):
+    own = own_costs(results_of(study, tmp_path, [(1.5, 1.5)]))
+    model = CostModel(measured)
+    assert flow_seconds(study, (1.5, 1.5), (0, 1), model, own) == pytest.approx(7.5)
+    assert flow_seconds(study, (1.5, math.inf), (0, 1), model, own) == pytest.approx(5.0)
+    only_newtonian = own[own.deborah == 0]
+    expected = 0.5 + model.seconds(1, 3, study.dns.velocity_order, 2)
+    found = flow_seconds(study, (1.5, 1.5), (0, 1), model, only_newtonian)
+    assert found == pytest.approx(expected)
+
+
+def test_the_estimate_says_what_it_rests_on(study, tmp_path, measured):
+    assert MEASURED.name in estimate(study, tmp_path, 2, measured)
+    results_of(study, tmp_path, study.geometries[:2])
+    text = estimate(study, tmp_path, 2, measured)
+    assert "times of this study's finished geometries" in text
+    assert MEASURED.name not in text
+
+
+def test_a_further_core_shortens_the_run_but_not_its_longest_job(study, tmp_path, measured):
+    cost = cost_of(study, work_of(study, tmp_path), own_costs(tmp_path), measured)
+    assert cost.wall(1) == pytest.approx(cost.together)
+    assert cost.together / 2 < cost.wall(2) < cost.together
+    assert cost.wall(10_000) == cost.longest
+
+
+def test_more_repeats_and_spheres_cost_more(study):
+    repeated = study.trains.model_copy(update={"repeats": 2 * study.trains.repeats})
+    once = train_seconds(study, 0.01, study.trains)
+    assert train_seconds(study, 0.01, repeated) == pytest.approx(2 * once)
+    assert train_seconds(study, 0.02, study.trains) > once
+
+
+def test_design_map_and_movies_cost(study, tmp_path, measured):
+    def rest(**sections):
+        changed = study.model_copy(update=sections)
+        return cost_of(changed, work_of(changed, tmp_path), own_costs(tmp_path), measured).rest
+
+    without_map = study.design_map.model_copy(update={"deborah": ()})
+    without_movies = study.movies.model_copy(update={"deborah": ()})
+    assert rest(design_map=without_map) < rest()
+    assert rest(movies=without_movies) < rest()
+    longer = study.movies.model_copy(update={"frames": 10 * study.movies.frames})
+    assert rest(movies=longer) > rest()
+
+
+# ------------------------------------------------------------------------------------- command line
+
+
+def test_command_line_with_the_shipped_measurements(tmp_path):
+    script = [sys.executable, ROOT / "scripts" / "estimate_cost.py"]
+    options = ["--configfile", "config/tiny.yaml", "--cores", "1"]
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    done = subprocess.run(
+        [*script, *options], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    assert "study tiny: 4 geometries, 8 points (De x geometry), 1 trains" in done.stdout
+    assert "core-hours" in done.stdout

@@ -1,0 +1,187 @@
+"""Studies of convergence on made-up numbers, what they vary, and what they report."""
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
+from viscotrain.drawing import verification_figures
+from viscotrain.studies import accuracy
+from viscotrain.studies.accuracy import KINDS, RELATIVE, observed_orders, with_errors
+from viscotrain.studies.convergence import settings
+
+CONFIG = Path(__file__).parents[2] / "config"
+DEMO = stages.convergence(load_study(CONFIG / "config.yaml"))
+
+
+def rows(values, error, default, deborah=1.0):
+    """Relative velocities that approach (1e-3, -2e-3) with the given error."""
+    return pd.DataFrame(
+        {
+            "sp": 1.5,
+            "sf": 2.5,
+            "deborah": deborah,
+            "value": values,
+            "default": [value == default for value in values],
+            RELATIVE[0]: [1e-3 + error(value) for value in values],
+            RELATIVE[1]: [-2e-3 - 3 * error(value) for value in values],
+        }
+    )
+
+
+def test_order_in_time_and_error_of_the_controlled_steps():
+    table = rows([0.1, 0.05, 0.025, 0.0125], lambda h: 0.01 * h**2, default=None)
+    controlled = rows([0.0], lambda _: 5e-6, default=0.0)
+    table = pd.concat([table, controlled], ignore_index=True)
+    table = with_errors(table, "time_step")
+    assert table["error"].values == pytest.approx([3e-4, 7.5e-5, 1.875e-5, 4.6875e-6, 1.5e-5])
+    (found,) = observed_orders(table, "time_step").itertuples()
+    assert found.observed == pytest.approx(2.0)
+    assert found.default_error == pytest.approx(1.5e-5)
+    assert found.default_error_share == pytest.approx(1.5e-5 / 2.015e-3)
+
+
+def test_order_of_the_mesh_is_a_power():
+    table = with_errors(rows([1.4, 1.0, 0.7, 0.01], lambda h: 1e-4 * h**4, default=1.0), "mesh")
+    (found,) = observed_orders(table, "mesh").itertuples()
+    assert found.observed == pytest.approx(4.0, abs=0.01)
+    assert found.default_error == pytest.approx(3e-4, rel=1e-6)
+
+
+def test_box_and_order_converge_by_a_factor():
+    table = with_errors(rows([1, 2, 3, 9], lambda x: 1e-2 * 10.0**-x, default=2), "box")
+    (found,) = observed_orders(table, "box").itertuples()
+    assert found.observed == pytest.approx(10.0, rel=1e-3)
+    assert found.default_error == pytest.approx(3e-4, rel=1e-5)
+
+
+def test_below_the_noise_no_order_is_claimed():
+    table = with_errors(rows([1.4, 1.0, 0.7], lambda h: 1e-8 * h, default=1.0), "mesh")
+    (found,) = observed_orders(table, "mesh").itertuples()
+    assert math.isnan(found.observed)
+
+
+def test_each_kind_varies_one_thing():
+    for kind in KINDS[:-1]:
+        found = list(settings(DEMO, kind))
+        assert [default for _, default, _ in found].count(True) == 1
+        for _, default, study in found:
+            assert (study == DEMO) == default
+            given, own = study.dns.model_dump(), DEMO.dns.model_dump()
+            changed = {name for name in own if given[name] != own[name]}
+            allowed = {
+                "mesh": {
+                    "sphere_elements",
+                    "axis_size",
+                    "wall_size",
+                    "accuracy",
+                    "relative_accuracy",
+                    "max_elements",
+                },
+                "order": {"velocity_order"},
+                "box": {"margin"},
+            }[kind]
+            assert changed == (set() if default else allowed)
+
+
+def test_finer_meshes_are_finer_at_the_start_and_at_the_end():
+    found = [study.dns for *_, study in settings(DEMO, "mesh")]
+    accuracies = np.array([dns.accuracy for dns in found]) / DEMO.dns.accuracy
+    assert accuracies == pytest.approx([4, 1, 0.25], rel=0.03)
+    for coarse, fine in itertools.pairwise(found):
+        assert fine.relative_accuracy < coarse.relative_accuracy
+        assert fine.wall_size < coarse.wall_size
+        assert fine.sphere_elements > coarse.sphere_elements
+        assert fine.max_elements > 2 * coarse.max_elements
+
+
+def test_boxes_are_longer_than_the_default_one():
+    assert [margin for margin, *_ in settings(DEMO, "box")] == [2.0, 4.0, 6.0]
+
+
+def test_no_order_is_below_the_lowest():
+    tiny = stages.convergence(load_study(CONFIG / "tiny.yaml"))
+    assert [order for order, _, _ in settings(tiny, "order")] == [2, 3, 4, 5]
+
+
+def comparison(sp=1.5, deborah=5.0):
+    """Transient relative velocities 1e-5 above the quasi-steady ones at the end."""
+    spheres = ["trailing", "middle", "leading"] if np.isfinite(sp) else ["middle", "leading"]
+    time = np.linspace(0.0, 10 * deborah, 11)
+    U = np.arange(len(spheres)) * 1e-3 * (1 + np.exp(-time[:, None]))
+    at_end = U[[5, -1]] - np.arange(len(spheres)) * 1e-5
+    gaps = len(spheres) - 1
+    return xr.Dataset(
+        {
+            "velocity": (("time", "sphere"), U),
+            "distance": (("time", "gap"), np.full((time.size, gaps), 1.5)),
+            "quasi_steady_velocity": (("check", "sphere"), at_end),
+            "check_time": ("check", time[[5, -1]]),
+            "sp": sp,
+            "sf": 2.5,
+            "deborah": deborah,
+            "deborah_longest_mode": deborah,
+        },
+        coords={"time": time, "sphere": spheres, "gap": np.arange(1, gaps + 1)},
+    )
+
+
+def test_differences_are_transient_minus_quasi_steady():
+    np.testing.assert_allclose(
+        accuracy.remaining_differences(comparison()), np.full((2, 2), 1e-5), atol=1e-12
+    )
+
+
+def train(deborah):
+    time = np.linspace(0, 100, 5)
+    distance = np.full((5, 3), 2.0)
+    return xr.Dataset(
+        {
+            "distance": (("time", "gap"), distance),
+            "model_distance": (("time", "gap"), distance + 0.001),
+            "deborah": deborah,
+        },
+        coords={"time": time, "gap": [1, 2, 3], "sphere": list("abcd")},
+    )
+
+
+SPACING = pd.DataFrame(
+    {
+        "deborah": 0.0,
+        "gap": [0.3, 0.3, 4.0],
+        "number": [1, 2, 1],
+        "direct": 1e-3,
+        "error": [1e-4, -3e-4, 1e-6],
+    }
+)
+
+
+def test_statement_of_accuracy_holds_every_number():
+    table = xr.Dataset(
+        {"check_error": (("deborah", "check", "pair"), np.full((1, 2, 2), -8e-5))},
+        coords={"deborah": [5.0]},
+    )
+    studies = {"mesh": rows([1.4, 1.0, 0.7, 0.01], lambda h: 1e-4 * h**4, default=1.0)}
+    text = accuracy.accuracy(table, [comparison()], [train(0.0)], SPACING, studies)
+    for number in ("3.0e-04 Ubar (13 %)", "order 4", "8.0e-05 Ubar", "1.0e-05 Ubar", "0.003 d"):
+        assert number in text, number
+    assert "gaps of 0.3 d | equally spaced spheres | 0 | 3.0e-04 Ubar" in text
+    assert all(line.count("|") == 5 for line in text.splitlines())
+
+
+def test_figures_hold_their_data():
+    pair, three = comparison(np.inf), comparison()
+    drawn = verification_figures.start_up([three, pair]).data
+    assert set(drawn["pair"]) == {"middle-trailing", "leading-middle"}
+    assert len(drawn) == 3 * 11
+    assert drawn["quasi_steady_Ubar"].notna().sum() == 3 * 2
+    closed = verification_figures.closure([train(0.0), train(5.0)], SPACING).data
+    assert (closed["comparison"] == "train").sum() == 2 * 5 * 3
+    errors = verification_figures.convergence(rows([1.4, 1.0, 0.7], abs, default=1.0), "mesh").data
+    assert errors["error"].max() > 0

@@ -1,0 +1,497 @@
+"""The workflow: what runs when, what a wrong config does, and what a point that fails leaves.
+
+Everything goes through the command line of Snakemake or of the scripts, in a copy of the project's
+files; results go to the working directory. One small study is really finished, because the decision
+to repeat a job rests on records that only a finished job leaves.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+import yaml
+
+from viscotrain.config.reading import load_study
+from viscotrain.words import NOT_ATTEMPTED, NOT_CONVERGED
+
+ROOT = Path(__file__).parents[2]
+PARTS = ("workflow", "scripts", "config", "profiles", "envs")
+DNS_JOB = re.compile(r"Simulating the triplet sp = (\S+), sf = (\S+)")
+JOB_COUNT = re.compile(r"^(\w+)\s+(\d+)$", re.MULTILINE)
+TINY = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text(encoding="utf-8"))
+# Two distances at one Deborah number: the least that has every kind of job.
+SMALL = TINY | {
+    "study": "small",
+    "deborah": {"values": [1], "definition": "longest_mode"},
+    "table": {"sp": [1.5, float("inf")], "sf": [1.5, float("inf")], "check": 0, "max_holes": 0},
+}
+SIMULATED = {("1.5", "1.5"), ("1.5", "inf"), ("inf", "inf")}  # (inf, 1.5) is (1.5, inf)
+AFTER_DNS = {
+    "table": 1,
+    "trains": 1,
+    "movies": 1,
+    "design_points": 1,
+    "design_map": 1,
+    "velocity_figures": 1,
+    "train_figures": 1,
+    "interactive": 1,
+    "summary": 1,
+    "all": 1,
+}
+
+
+class Project:
+    """A copy of the project's files, in which Snakemake and the scripts run."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+
+    @classmethod
+    def copy(cls, folder: Path) -> "Project":
+        ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
+        for part in PARTS:
+            shutil.copytree(ROOT / part, folder / part, ignore=ignored)
+        shutil.copy2(ROOT / "Snakefile", folder)
+        return cls(folder)
+
+    def configured(self, study: dict) -> str:
+        """Write a config and return its name."""
+        (self.folder / "study.yaml").write_text(yaml.safe_dump(study), encoding="utf-8")
+        return "study.yaml"
+
+    def run(self, *arguments: str) -> subprocess.CompletedProcess:
+        """Run Python with the package of this copy."""
+        environment = os.environ | {"PYTHONPATH": str(self.folder / "scripts")}
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self.folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+
+    def snakemake(self, *arguments: str) -> subprocess.CompletedProcess:
+        return self.run("-m", "snakemake", *arguments)
+
+    def plan(self, *arguments: str) -> tuple[dict[str, int], set[tuple[str, str]]]:
+        """Dry run: number of jobs per rule, and the geometries (sp, sf) that are simulated."""
+        done = self.snakemake("--dry-run", *arguments)
+        text = done.stdout + done.stderr
+        assert done.returncode == 0, text
+        counts = {rule: int(count) for rule, count in JOB_COUNT.findall(text)}
+        counts.pop("total", None)
+        if first := counts.pop("dns_single_sphere", 0):
+            counts["dns"] = counts.get("dns", 0) + first
+        geometries = DNS_JOB.findall(text)
+        assert len(geometries) == counts.get("dns", 0)
+        return counts, set(geometries)
+
+    def edit(self, name: str, old: str, new: str):
+        """Replace a piece of text in a file of the copy, which must be there."""
+        path = self.folder / name
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+@pytest.fixture
+def project(tmp_path) -> Project:
+    return Project.copy(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def finished_study(tmp_path_factory) -> Path:
+    """Folder in which the small study has run to its end, with empty figures to save time."""
+    project = Project.copy(tmp_path_factory.mktemp("finished"))
+    stub = "from pathlib import Path\nfor path in snakemake.output:\n    Path(path).touch()\n"
+    (project.folder / "scripts" / "figures.py").write_text(stub, encoding="utf-8")
+    done = project.snakemake("--cores", "2", "--configfile", project.configured(SMALL))
+    assert done.returncode == 0, done.stdout + done.stderr
+    (project.folder / "terminal.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
+    return project.folder
+
+
+@pytest.fixture
+def finished(finished_study, tmp_path) -> Project:
+    """A copy of the finished study, to be changed; times of files and records come along."""
+    return Project(Path(shutil.copytree(finished_study, tmp_path / "copy")))
+
+
+# ------------------------------------------------------------------------------------------ plans
+
+
+@pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "config").glob("*.yaml")))
+def test_every_shipped_config_has_a_plan(config, project):
+    study = load_study(ROOT / "config" / config)
+    number_of_trains = len(study.trains.deborah) * len(study.trains.volume_fraction)
+    distances = len(study.table.sp) - 1
+    jobs, geometries = project.plan("--configfile", f"config/{config}")
+    assert jobs == AFTER_DNS | {
+        "dns": len(study.geometries) + study.table.check - distances,
+        "trains": number_of_trains,
+        "movies": number_of_trains,
+        "train_figures": number_of_trains,
+        "design_points": len({De for De, _ in study.map_conditions()}),
+        "study_figures": 1,
+        "study_config": 1,
+        "field": 1,
+    }
+    assert len(geometries) == jobs["dns"]
+    assert {("inf", "inf"), (str(study.table.sp[0]), "inf")} <= geometries
+    assert ("inf", str(study.table.sp[0])) not in geometries
+
+
+def fitted(project, name="data/rheology.csv") -> str:
+    """The small study with measured data, beside its config, in place of its fluid."""
+    (project.folder / "data").mkdir()
+    shutil.copy2(ROOT / "config" / "synthetic_rheology.csv", project.folder / "data/rheology.csv")
+    return project.configured(SMALL | {"study": "fitted", "fluid": {"data": [name]}})
+
+
+def test_the_fit_of_the_fluid_is_upstream_of_everything(project):
+    config = fitted(project)
+    written, _ = project.plan("--configfile", "config/tiny.yaml")
+    jobs, geometries = project.plan("--configfile", config)
+    assert jobs["fluid_fit"] == jobs["study_figures"] == written["study_figures"] == 1
+    assert "fluid_fit" not in written
+    assert set(jobs) == set(written) | {"fluid_fit"}
+    assert geometries == SIMULATED
+    targets = ("dns/field.nc", "transient/sp1.5_sf1.5_De1.nc", "figures/rheology.png")
+    for target in ("dns/spinf_sfinf.nc", *targets):
+        jobs, _ = project.plan(f"results/fitted/{target}", "--configfile", config)
+        assert jobs.pop("fluid_fit") == 1
+        assert list(jobs.values()) == [1]
+
+
+def test_a_fitted_fluid_reaches_its_figure(project):
+    """Fit and figure as jobs; both again when a measured number changes."""
+    config = fitted(project)
+    project.edit(config, "fluid:\n", "fluid:\n  fit: {modes: 2}\n")
+    done = project.snakemake(
+        "results/fitted/figures/rheology.png", "--cores", "1", "--configfile", config
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    folder = project.folder / "results" / "fitted"
+    fluid = yaml.safe_load((folder / "fluid_fit" / "fluid.yaml").read_text(encoding="utf-8"))
+    assert [mode["viscosity"] for mode in fluid["fluid"]["modes"]] == pytest.approx(
+        [0.257, 0.254], rel=0.05
+    )
+    curves = (folder / "figures" / "rheology.csv").read_text(encoding="utf-8")
+    assert curves.count("viscosity,Pa s,measured,shear_rate") == 51
+    assert project.plan("results/fitted/figures/rheology.png", "--configfile", config)[0] == {}
+
+    project.edit("data/rheology.csv", "0.1,0.0002097", "0.1,0.0002098")
+    jobs, _ = project.plan("results/fitted/figures/rheology.png", "--configfile", config)
+    assert jobs == {"fluid_fit": 1, "study_figures": 1}
+
+
+def test_missing_data_stop_before_any_job(project):
+    config = fitted(project, "data/nowhere.csv")
+    done = project.snakemake("--dry-run", "--configfile", config)
+    text = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert "study.yaml: 1 problem\n  fluid.data[0]: there is no file data/nowhere.csv" in text
+    assert "Traceback" not in text
+
+
+def test_bad_data_end_the_fit_with_file_and_line(project):
+    config = fitted(project)
+    project.edit("data/rheology.csv", "0.1,0.0002097", "0.1,-0.0002097")
+    done = project.snakemake(
+        "results/fitted/fluid_fit/fluid.yaml", "--cores", "1", "--configfile", config
+    )
+    assert done.returncode != 0
+    message = (
+        "error: measured data: 1 problem\n  data/rheology.csv, line 5: storage_modulus: found "
+    )
+    log = (project.folder / "results/fitted/logs/fluid_fit.log").read_text(encoding="utf-8")
+    assert log.startswith(message + "-0.0002097; allowed: above 0")
+    assert message in done.stdout + done.stderr
+
+
+def test_scripts_say_that_the_fluid_is_not_fitted_yet(project):
+    config = fitted(project)
+    done = project.run(
+        "scripts/dns.py", "--configfile", config, "--sp", "inf", "--sf", "inf", "x.nc"
+    )
+    assert done.returncode == 1
+    assert "fluid.data: not fitted yet; make results/fitted/fluid_fit/fluid.yaml" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_paper_draws_the_conditions_of_the_experiments(project):
+    names = [f"spacing_De{De}_phi{phi}" for De in (31, 62) for phi in (0.006, 0.01)]
+    targets = [f"results/paper/figures/{name}.png" for name in names]
+    jobs, _ = project.plan(*targets, "--configfile", "config/paper.yaml")
+    assert (jobs["train_figures"], jobs["trains"]) == (4, 4)
+
+
+def test_without_movies_and_map_there_are_none(project):
+    less = SMALL | {"movies": {"deborah": []}, "design_map": {"deborah": []}}
+    jobs, _ = project.plan("--configfile", project.configured(less))
+    assert not {"movies", "design_points", "design_map"} & set(jobs)
+
+
+def test_without_a_config_file_the_demo_is_planned(project):
+    assert project.plan() == project.plan("--configfile", "config/config.yaml")
+
+
+def test_fields_of_every_point_do_not_change_the_plan(project):
+    saving = SMALL | {"dns": SMALL["dns"] | {"save_fields": True}}
+    assert project.plan("--configfile", project.configured(saving))[1] == SIMULATED
+
+
+@pytest.mark.slow
+def test_the_transient_method_has_one_job_per_geometry_and_deborah_number(project):
+    """All points of grid and check; De = 0 too, which ends at its start."""
+    study = TINY | {"dns": TINY["dns"] | {"method": "transient"}}
+    jobs, _ = project.plan("--configfile", project.configured(study))
+    assert jobs["transient"] + jobs["transient_single_sphere"] == (2 * 2 - 1 + 1) * 2
+    assert "dns" not in jobs
+
+
+def test_verification_is_planned_on_request_only(project):
+    tiny = "config/tiny.yaml"
+    jobs, _ = project.plan("--configfile", tiny)
+    assert not {"start_up", "convergence", "closure_train", "closure_gap"} & set(jobs)
+    jobs, _ = project.plan("--configfile", tiny, "--", "verification")
+    expected = {"transient": 1, "start_up": 1, "closure_train": 1, "closure_gap": 2}
+    expected |= {"convergence": 4, "verification_report": 1}
+    assert expected.items() <= jobs.items()
+    assert "trains" not in jobs
+
+
+def test_time_steps_do_not_repeat_the_quasi_steady_simulations(finished):
+    study = SMALL | {"dns": SMALL["dns"] | {"transient": {"duration": 3}}}
+    jobs, _ = finished.plan("--configfile", finished.configured(study))
+    assert "dns" not in jobs
+
+
+def test_a_finished_study_has_nothing_to_do(finished):
+    assert finished.plan("--configfile", "study.yaml") == ({}, set())
+
+
+@pytest.mark.slow
+def test_the_summary_names_movies_and_design_map(finished):
+    words = (finished.folder / "results" / "small" / "summary.txt").read_text(encoding="utf-8")
+    assert "movies          4 in results/small/movies/De1_phi0.01/" in words
+    assert "design map      results/small/design_map/design_map.nc" in words
+    movies = sorted((finished.folder / "results/small/movies/De1_phi0.01").glob("*.mp4"))
+    assert [path.stem for path in movies] == [
+        "moving_frame",
+        "station_0",
+        "station_10",
+        "station_20",
+    ]
+
+
+@pytest.mark.slow
+def test_another_frame_rate_repeats_no_simulation(finished):
+    faster = SMALL | {"movies": SMALL["movies"] | {"frame_rate": 30}}
+    jobs, _ = finished.plan("--configfile", finished.configured(faster))
+    assert jobs == {"movies": 1, "study_config": 1, "summary": 1, "all": 1}
+
+
+@pytest.mark.slow
+def test_the_terminal_tells_what_was_solved_and_the_single_sphere_is_first(finished_study):
+    text = (finished_study / "terminal.txt").read_text(encoding="utf-8")
+    assert ("inf", "inf") in DNS_JOB.findall(text)[:2]  # two jobs start together on two cores
+    for name in ("spinf_sfinf", "sp1.5_sfinf", "sp1.5_sf1.5"):
+        assert f"\n{name}: solved 1 of 1 De, up to 1\n" in text
+
+
+@pytest.mark.slow
+def test_a_distance_more_runs_only_the_new_geometries_and_what_follows(finished):
+    larger = SMALL | {"table": SMALL["table"] | {"sp": [1.5, 2.5, float("inf")]}}
+    jobs, geometries = finished.plan("--configfile", finished.configured(larger))
+    assert geometries == {("2.5", "1.5"), ("2.5", "inf")}
+    assert jobs == AFTER_DNS | {"dns": 2, "study_config": 1, "study_figures": 1}
+
+
+@pytest.mark.slow
+def test_other_trains_simulate_no_flow(finished):
+    more = SMALL | {"trains": SMALL["trains"] | {"volume_fraction": [0.005, 0.01]}}
+    jobs, _ = finished.plan("--configfile", finished.configured(more))
+    assert jobs == {
+        "trains": 1,
+        "movies": 1,
+        "study_config": 1,
+        "study_figures": 1,
+        "train_figures": 1,
+        "interactive": 1,
+        "summary": 1,
+        "all": 1,
+    }
+
+
+@pytest.mark.slow
+def test_a_tolerance_simulates_every_flow_again(finished):
+    stricter = SMALL | {"dns": SMALL["dns"] | {"tolerance": 1e-8}}
+    jobs, _ = finished.plan("--configfile", finished.configured(stricter))
+    assert (jobs["dns"], jobs["field"]) == (3, 1)
+
+
+@pytest.mark.slow
+def test_comments_and_docstrings_of_the_physics_repeat_nothing(finished):
+    path = "scripts/viscotrain/flow/giesekus.py"
+    finished.edit(path, '"""', '"""Other words. ')
+    finished.edit(path, "\nfrom ", "\n# A comment.\nfrom ")
+    assert finished.plan("--configfile", "study.yaml") == ({}, set())
+
+
+@pytest.mark.slow
+def test_code_of_the_physics_repeats_every_simulation(finished):
+    finished.edit("scripts/viscotrain/flow/weak_forms.py", "\ndef ", "\nUNUSED = 1\n\n\ndef ")
+    jobs, _ = finished.plan("--configfile", "study.yaml")
+    assert jobs == AFTER_DNS | {"dns": 3, "field": 1}
+
+
+@pytest.mark.slow
+def test_a_larger_device_repeats_no_simulation_of_a_flow(finished):
+    """D, d and Ubar scaled together: what is computed in units of D and D/Ubar stays.
+
+    Files that hold flow rates and lengths in physical units are made again: trains and what they
+    are seen in.
+    """
+    larger = SMALL | {
+        "channel": SMALL["channel"] | {"diameter": 150e-6 / 1.1},
+        "particle": {"diameter": 30e-6 / 1.1},
+    }
+    jobs, _ = finished.plan("--configfile", finished.configured(larger))
+    assert not {"dns", "field", "table"} & jobs.keys()
+    assert jobs["trains"] == jobs["study_config"] == 1
+
+
+@pytest.mark.slow
+def test_slower_fluids_and_thicker_ones_repeat_no_simulation_of_a_flow(finished):
+    """All relaxation times by one factor, all viscosities by another."""
+    modes = [
+        mode
+        | {"viscosity": 3.3 * mode["viscosity"], "relaxation_time": mode["relaxation_time"] / 7}
+        for mode in SMALL["fluid"]["modes"]
+    ]
+    fluid = {"solvent_viscosity": 3.3 * SMALL["fluid"]["solvent_viscosity"], "modes": modes}
+    jobs, _ = finished.plan("--configfile", finished.configured(SMALL | {"fluid": fluid}))
+    assert not {"dns", "field", "table", "velocity_figures"} & jobs.keys()
+
+
+@pytest.mark.slow
+def test_other_trains_leave_the_stored_config_current(finished):
+    """It was that of the table, which other trains do not repeat."""
+    more = SMALL | {"trains": SMALL["trains"] | {"repeats": 4}}
+    stored = "results/small/config.yaml"
+    config = finished.configured(more)
+    done = finished.snakemake("--cores", "1", "--configfile", config, "--", stored)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert load_study(finished.folder / stored).trains.repeats == 4
+
+
+@pytest.mark.slow
+def test_saving_fields_is_no_physics(finished):
+    """Where the fields are there, nothing is repeated, and nothing when they are given up."""
+    for name in ("sp1.5_sf1.5", "sp1.5_sfinf", "spinf_sfinf"):
+        folder = finished.folder / "results" / "small" / "dns" / name
+        folder.mkdir()
+        shutil.copystat(folder.with_name(f"{name}.nc"), folder)
+    saving = SMALL | {"dns": SMALL["dns"] | {"save_fields": True}}
+    jobs, _ = finished.plan("--configfile", finished.configured(saving))
+    assert jobs == {"study_config": 1, "all": 1}
+    assert finished.plan("--configfile", finished.configured(SMALL)) == ({}, set())
+
+
+@pytest.mark.slow
+def test_the_definition_of_deborah_numbers_repeats_the_closure_too(project):
+    """Settings of flow and closure both had a key `deborah`, of which one was lost."""
+    config = project.configured(TINY)
+    gap = "results/tiny/verification/closure/gap1.csv"
+    path = project.folder / gap
+    done = project.snakemake("--cores", "1", "--configfile", config, "--", gap)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert path.exists()
+    assert project.plan("--configfile", config, "--", gap)[0] == {}
+    other = TINY | {"deborah": TINY["deborah"] | {"definition": "mean_relaxation_time"}}
+    jobs, _ = project.plan("--configfile", project.configured(other), "--", gap)
+    assert jobs == {"closure_gap": 1}
+
+
+# ------------------------------------------------------------------------------ profile and config
+
+
+@pytest.mark.parametrize(
+    ("options", "attempts"), [((), 2), (("--workflow-profile", "none"), 1)], ids=["default", "none"]
+)
+def test_the_default_profile_keeps_going_after_a_failed_geometry(options, attempts, project):
+    stub = "from pathlib import Path\nPath(f'attempt {snakemake.wildcards}').touch()\nexit(1)\n"
+    (project.folder / "scripts" / "dns.py").write_text(stub, encoding="utf-8")
+    targets = [f"results/small/dns/{name}.nc" for name in ("sp1.5_sf1.5", "spinf_sfinf")]
+    config = project.configured(SMALL)
+    done = project.snakemake("--cores", "1", *targets, "--configfile", config, *options)
+    assert done.returncode != 0
+    assert len(list(project.folder.glob("attempt *"))) == attempts
+
+
+def test_a_wrong_config_stops_before_any_job_with_one_message(project):
+    wrong = SMALL | {"particle": {"diameter": 1.0}, "dns": {"tolerence": 1e-7}}
+    done = project.snakemake("--cores", "1", "--configfile", project.configured(wrong))
+    text = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert text.count("problems") == 1
+    assert re.search(r"study\.yaml: 2 problems\n +particle\.diameter: .*\n +dns\.tolerence: ", text)
+    assert "Job stats" not in text
+    assert "Traceback" not in text
+    assert not (project.folder / "results").exists()
+
+
+def test_no_key_of_the_demo_leaks_into_another_config(project):
+    incomplete = {key: value for key, value in SMALL.items() if key != "fluid"}
+    done = project.snakemake("--dry-run", "--configfile", project.configured(incomplete))
+    assert done.returncode != 0
+    assert "fluid: missing" in done.stdout + done.stderr
+
+
+# ------------------------------------------------------------------------- scripts of the dns stage
+
+
+def simulated(project: Project, study: dict, output: str, sp="inf", sf="inf"):
+    """One geometry through the command line of the script."""
+    config = project.configured(study)
+    return project.run("scripts/dns.py", "--configfile", config, "--sp", sp, "--sf", sf, output)
+
+
+def test_a_point_that_does_not_converge_is_a_result_and_a_hole(project):
+    hopeless = SMALL | {
+        "deborah": {"values": [1, 2], "definition": "longest_mode"},
+        "dns": SMALL["dns"] | {"max_iterations": 1},
+    }
+    done = simulated(project, hopeless, "spinf_sfinf.nc")
+    assert done.returncode == 0, done.stderr
+    assert "NOT SOLVED" in done.stdout
+    result = xr.load_dataset(project.folder / "spinf_sfinf.nc")
+    assert result["status"].values.tolist() == [NOT_CONVERGED, NOT_ATTEMPTED]
+    assert result["velocity"].isnull().all()
+    assert "no convergence" in result["reason"].values[0]
+    assert "smaller De" in result["reason"].values[1]
+
+    table = ("scripts/table.py", "--configfile", "study.yaml", "table.nc", "spinf_sfinf.nc")
+    done = project.run(*table)
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "8 of 8 points have no solution; allowed: 0 (table.max_holes)" in done.stderr
+    assert "De 1, sp inf, sf inf: not resolved at De = 1, on " in done.stderr
+    assert not (project.folder / "table.nc").exists()
+
+
+@pytest.mark.slow
+def test_the_same_geometry_gives_the_same_bytes(finished):
+    """Once as a job of the workflow, once from the command line."""
+    again = simulated(finished, SMALL, "again.nc", sp="1.5", sf="1.5")
+    assert again.returncode == 0, again.stderr
+    job = finished.folder / "results" / "small" / "dns" / "sp1.5_sf1.5.nc"
+    assert (finished.folder / "again.nc").read_bytes() == job.read_bytes()
