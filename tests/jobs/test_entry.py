@@ -6,7 +6,10 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 from viscotrain.config import stages
 from viscotrain.config.reading import load_study
@@ -104,3 +107,45 @@ def test_every_script_says_what_it_takes(name):
 
 def arguments_for_help(name: str) -> list[str]:
     return ["convergence", "--help"] if name == "verification" else ["--help"]
+
+
+def by_hand(folder: Path, *arguments: str):
+    """Run a script on the tiny study in a folder."""
+    script, *rest = arguments
+    line = [sys.executable, ROOT / "scripts" / script, *rest]
+    done = subprocess.run(
+        [*line, "--configfile", ROOT / "config" / "tiny.yaml"],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "scripts")},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_transient_and_its_comparison_by_hand(tmp_path):
+    """Options are not mixed up: sp, sf and De of the files are those asked for."""
+    options = ["--sp", "inf", "--sf", "1.5", "--deborah", "0.5"]
+    by_hand(tmp_path, "transient.py", *options, "pair.nc", "pair.csv")
+    pair = xr.load_dataset(tmp_path / "pair.nc")
+    assert [float(pair[name]) for name in ("sp", "sf", "deborah")] == [np.inf, 1.5, 0.5]
+    assert pair["sphere"].values.tolist() == ["middle", "leading"]
+    assert float(pair["time"][-1]) == pytest.approx(TINY.dns.transient.duration * 0.5)
+    assert pair.attrs["settings"] == stages.transient(TINY, 0.5).stated().text()
+    assert pd.read_csv(tmp_path / "pair.csv")["cpu_seconds"].item() > 0
+
+
+@pytest.mark.slow
+def test_verification_by_hand(tmp_path):
+    options = ["--kind", "order", "--sp", "inf", "--sf", "1.5"]
+    by_hand(tmp_path, "verification.py", "convergence", *options, "order.csv")
+    rows = pd.read_csv(tmp_path / "order.csv")
+    assert set(rows["value"]) == {2, 3, 4, 5}
+    assert set(rows["sp"]) == {np.inf} and set(rows["sf"]) == {1.5}
+    by_hand(tmp_path, "closure_gap.py", "--gap", "0.5", "gap.csv")
+    rows = pd.read_csv(tmp_path / "gap.csv")
+    assert set(rows["gap"]) == {0.5} and set(rows["deborah"]) == {1.0}
+    assert rows["number"].tolist() == [1, 2, 3]

@@ -12,13 +12,14 @@ import xarray as xr
 
 from viscotrain.config import stages
 from viscotrain.config.geometries import simulated, simulated_deborahs
-from viscotrain.config.names import geometry_name, train_name
+from viscotrain.config.names import geometry_name, point_name, train_name
 from viscotrain.config.reading import load_study
 from viscotrain.config.study import Study
 from viscotrain.jobs import provenance
 from viscotrain.jobs.costs import (
     GROWTH,
     MEASURED,
+    TRANSIENT,
     CostModel,
     cost_of,
     estimate,
@@ -163,6 +164,27 @@ def test_finished_start_ups_are_not_counted_again(study, tmp_path):
     outcome = xr.Dataset({"status": 0, "deborah": 1.0}, attrs=attributes)
     outcome.to_netcdf(tmp_path / "transient/sp1.5_sf1.5_De1.nc")
     assert work_of(study, tmp_path).flows_left[1.5, 1.5] == (0,)
+
+
+def test_a_finished_transient_study_is_done_and_its_own_times_count(study, tmp_path, measured):
+    """It was looked for in `dns/` only."""
+    study = study.model_copy(update={"dns": study.dns.model_copy(update={"method": "transient"})})
+    (tmp_path / "transient/timing").mkdir(parents=True)
+    for geometry, deborahs in simulated(study).items():
+        for De in deborahs:
+            name = point_name(*geometry, De)
+            own = provenance.attributes("test", stages.transient(study, De), digest("transient"))
+            outcome = xr.Dataset({"status": 0, "deborah": De}, attrs=own)
+            outcome.to_netcdf(tmp_path / f"transient/{name}.nc")
+            row = {"sp": geometry[0], "sf": geometry[1], "deborah": De, "cpu_seconds": 9.0}
+            pd.DataFrame([row]).to_csv(tmp_path / f"transient/timing/{name}.csv", index=False)
+    assert work_of(study, tmp_path).flows_left == {}
+    assert "solved       8 points of 4 geometries" in estimate(study, tmp_path, 2, measured)
+    found = own_costs(tmp_path, "transient")
+    model = CostModel(measured)
+    assert flow_seconds(study, (1.5, 1.5), (0, 1), model, found) == pytest.approx(18.0)
+    unknown = flow_seconds(study, (1.5, 1.5), (1,), model, found[:0])
+    assert unknown == pytest.approx(TRANSIENT * model.seconds(1, 3, study.dns.velocity_order, 2))
 
 
 # ----------------------------------------------------------------------------------- cost of a flow

@@ -202,3 +202,21 @@ def test_a_file_holds_the_deborah_numbers_at_which_it_is_needed():
     result, timing = dns.solve_geometry(settings, 1.5, 1.2, quiet)
     assert result["deborah"].values.tolist() == [1.0]
     assert timing["deborah"].tolist() == [1.0]
+
+
+def test_the_study_says_which_deborah_number_is_meant():
+    """A De of the mean relaxation time is solved at a larger one of the longest mode."""
+    deborah = STUDY.deborah.model_copy(
+        update={"values": (0.5,), "definition": "mean_relaxation_time"}
+    )
+    mean = stages.flow(STUDY.model_copy(update={"deborah": deborah}))
+    longest = 0.5 / STUDY.dimensionless_fluid.mean_relaxation_time
+    ((De, solution),) = dns.solutions(mean, dns.triplet(mean, math.inf, math.inf))
+    assert (De, solution.deborah) == (0.5, pytest.approx(longest))
+    result, _ = dns.solve_geometry(mean, math.inf, math.inf, quiet)
+    assert result["deborah_longest_mode"].item() == pytest.approx(longest)
+    assert result["deborah_mean_relaxation_time"].item() == pytest.approx(0.5)
+    deborah = STUDY.deborah.model_copy(update={"values": (longest,)})
+    same = stages.flow(STUDY.model_copy(update={"deborah": deborah}))
+    expected, _ = dns.solve_geometry(same, math.inf, math.inf, quiet)
+    np.testing.assert_allclose(result["velocity"], expected["velocity"], rtol=1e-9)
