@@ -1,47 +1,12 @@
 """viscotrain: from a fluid, a channel and a particle to verified velocities, trains and figures."""
 
-import sys
-
-sys.path.insert(0, f"{workflow.basedir}/scripts")
-
-from snakemake.exceptions import WorkflowError
-
-from viscotrain.jobs import provenance
-from viscotrain.config.models import (
-    data_files,
-    fitted_fluid_file,
-    geometry_name,
-    number_name,
-    parse_study,
-    point_name,
-    read_yaml,
-    simulated,
-    simulated_deborahs,
-    train_name,
-)
-from viscotrain.errors import ConfigError
-
 # A config given with --configfile replaces the demo: no key of one leaks into the other.
 if not workflow.configfiles:
 
     configfile: "config/config.yaml"
 
 
-try:
-    STUDY = parse_study(
-        config,
-        source=", ".join(map(str, workflow.configfiles)),
-        known_problems=[
-            line for path in workflow.configfiles for line in read_yaml(path)[1]
-        ],
-    )
-    MEASURED = data_files(STUDY, workflow.configfiles[-1])
-except ConfigError as error:
-    raise WorkflowError(str(error)) from None
-
-RESULTS = f"results/{STUDY.study}"
-# What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.
-FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
+include: "workflow/rules/common.smk"
 
 
 report: "workflow/report/study.rst"
@@ -51,6 +16,7 @@ rule all:
     default_target: True
     input:
         f"{RESULTS}/summary.txt",
+        f"{RESULTS}/config.yaml",
         f"{RESULTS}/interactive.html",
 
 
@@ -73,4 +39,4 @@ onsuccess:
 
 
 onerror:
-    print(f"What failed is in the logs: {RESULTS}/logs/. Run again to go on from here.")
+    print(f"What failed is in the logs: {LOGS}/. Run again to go on from here.")

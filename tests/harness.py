@@ -9,7 +9,8 @@ from pathlib import Path
 
 import yaml
 
-from viscotrain.config.models import Study, load_study
+from viscotrain.config.reading import load_study
+from viscotrain.config.study import Study
 
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"

@@ -13,18 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from viscotrain.config.models import (
-    Study,
-    check_geometries,
-    geometry_name,
-    load_study,
-    number_name,
-    parse_distance,
-    parse_study,
-    read_yaml,
-    schema,
-    train_name,
-)
+from viscotrain.config import stages
+from viscotrain.config.geometries import check_geometries
+from viscotrain.config.names import geometry_name, number_name, parse_distance, train_name
+from viscotrain.config.reading import load_study, parse_study, read_yaml, schema
+from viscotrain.config.study import Study
 from viscotrain.errors import ConfigError, ViscotrainError
 
 SHIPPED = ["config.yaml", "paper.yaml", "tiny.yaml"]
@@ -678,14 +671,15 @@ def test_newtonian_study_has_no_other_deborah_than_zero(definition):
     )
     assert study.deborah_longest_mode(0) == 0
     assert study.dimensionless_fluid.solvent == 1
-    scales = study.scales(0)
+    scales = stages.physical(study).scales(0)
     assert (scales.deborah_longest_mode, scales.deborah_mean_relaxation_time) == (0, 0)
     assert math.isnan(scales.mean_velocity)
 
 
 def test_scales_hold_both_deborah_numbers():
-    longest = parse_study(MINIMAL).scales(5)
-    mean = parse_study(changed({"deborah.definition": "mean_relaxation_time"})).scales(5)
+    longest = stages.physical(parse_study(MINIMAL)).scales(5)
+    study = parse_study(changed({"deborah.definition": "mean_relaxation_time"}))
+    mean = stages.physical(study).scales(5)
     assert mean.deborah_mean_relaxation_time == pytest.approx(5, rel=1e-14)
     assert longest.deborah_longest_mode == 5
     ratio = longest.deborah_mean_relaxation_time / longest.deborah_longest_mode

@@ -384,7 +384,7 @@ def test_script_from_the_command_line(table, tmp_path):
     words = output(run_script(*script, "relative_velocities_De1", *files))
     assert len(words.splitlines()) == 3
     data = xr.load_dataset(tmp_path / "figures" / "relative_velocities_De1.nc")
-    assert yaml.safe_load(data.attrs["study_config"])["study"] == "tiny"
+    assert yaml.safe_load(data.attrs["settings"])["confinement"] == 0.2
     done = run_script(*script, "pairs", *files)
     assert done.returncode == 1
     assert done.stderr.startswith("error: figure is 'pairs'")

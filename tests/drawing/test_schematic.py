@@ -5,13 +5,15 @@ import numpy as np
 import pytest
 from matplotlib.patches import Circle, Rectangle
 
+from viscotrain.config import stages
 from viscotrain.drawing import schematic
 from viscotrain.flow.geometry import Geometry
+from viscotrain.fluid.parameters import mean_spacing
 
 
 @pytest.fixture(scope="module", params=["config", "paper", "tiny"])
 def study(request):
-    return harness.study(request.param)
+    return stages.schematic(harness.study(request.param))
 
 
 @pytest.fixture
@@ -26,8 +28,8 @@ def spheres(axes):
 def test_triplet_is_the_geometry_of_the_simulation(study, drawing):
     data = drawing.data
     sp, sf = float(data["sp"]), float(data["sf"])
-    assert sp in study.table.sp and sf in study.table.sf
-    geometry = Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
+    assert sp in study.sp and sf in study.sf
+    geometry = Geometry.triplet(study.confinement, sp, sf, study.margin)
     drawn = [sphere.center[0] for sphere in spheres(drawing.figure.axes[0])]
     middle = geometry.positions[1]
     np.testing.assert_allclose(drawn, np.array(geometry.positions) - middle)
@@ -44,8 +46,8 @@ def test_diameters_and_mean_spacing_are_in_proportion(study, drawing):
     z = np.sort([sphere.center[0] for sphere in spheres(drawing.figure.axes[1])])
     assert z[0] == 0
     assert np.diff(z).min() > study.confinement  # no overlap
-    phi = study.trains.volume_fraction[0]
-    spacing = study.mean_spacing(phi) * study.confinement
+    phi = study.volume_fraction
+    spacing = mean_spacing(study.confinement, phi) * study.confinement
     np.testing.assert_allclose(np.diff(z)[-2:], spacing)
 
 
@@ -62,4 +64,4 @@ def test_everything_is_named(study, drawing):
         "leading",
     ):
         assert word in words
-    assert f"outlet, $z$ = {study.channel.length:g} $D$" in words
+    assert f"outlet, $z$ = {study.channel_length:g} $D$" in words

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from viscotrain.config import stages
 from viscotrain.flow import newton, quasi_steady
 from viscotrain.flow.discretisation import Flow, copy
 from viscotrain.flow.geometry import Geometry
@@ -25,7 +26,8 @@ DEMO = harness.study("config")
 def study(confinement=0.2, deborah=(0.0,), **dns_settings):
     """The demo study, default resolution, with another sphere and other Deborah numbers."""
     particle = {"diameter": confinement * DEMO.channel.diameter}
-    return harness.study("config", particle=particle, deborah={"values": deborah}, dns=dns_settings)
+    changed = {"particle": particle, "deborah": {"values": deborah}, "dns": dns_settings}
+    return stages.flow(harness.study("config", **changed))
 
 
 def velocities(sp, sf, **options) -> np.ndarray:

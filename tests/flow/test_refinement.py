@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from harness import study
 
+from viscotrain.config import stages
 from viscotrain.flow import newton, quasi_steady, refinement
 from viscotrain.flow.discretisation import copy
 from viscotrain.flow.meshes import Sizes
 from viscotrain.studies.dns import make_flow, mesh_of, triplet
 
 COARSE = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
-STUDY = study("config", dns=COARSE)
+STUDY = stages.flow(study("config", dns=COARSE))
 DEBORAH = 1.0
 
 

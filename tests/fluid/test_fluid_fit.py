@@ -11,12 +11,14 @@ import yaml
 from harness import CONFIG, output, run_script, study, written
 from matplotlib.text import Text
 
-from viscotrain.config.models import (
-    FluidConfig,
+from viscotrain.config import stages
+from viscotrain.config.models import FluidConfig
+from viscotrain.config.reading import (
     data_files,
     fitted_fluid_file,
     parse_study,
     with_fitted_fluid,
+    with_fluid,
 )
 from viscotrain.drawing.rheology_figure import rheology
 from viscotrain.errors import ConfigError, DataError, FluidError
@@ -499,7 +501,7 @@ def test_a_study_takes_the_fitted_fluid(fitted, tmp_path):
     file.write_text(fit_report.as_yaml(fitted.chosen), encoding="utf-8")
     known = with_fitted_fluid(study, tmp_path)
     assert known.fluid == FluidConfig.model_validate(fit_report.rounded(fitted.chosen.fluid))
-    assert known.dns_settings()["fluid"] == fit_report.rounded(fitted.chosen.fluid)
+    assert stages.flow(study).with_fluid(known.fluid.physical()) == stages.flow(known)
     assert parse_study(yaml.safe_load(known.resolved_yaml())) == known
 
 
@@ -508,13 +510,12 @@ def test_a_study_that_writes_its_fluid_is_left_alone(tmp_path):
     assert fitted_fluid_file(study) is None
     assert with_fitted_fluid(study, tmp_path) is study
     assert data_files(study, "config/tiny.yaml") == []
-    assert study.dns_settings()["fluid"] == TINY["fluid"]  # no key more: nothing is repeated
 
 
 def test_a_fitted_newtonian_fluid_has_no_deborah_number(tmp_path):
     study = parse_study(FITTED)
     with pytest.raises(ConfigError, match=r"deborah\.values\[1\]: found 1.*fluid\.modes is empty"):
-        study.with_fluid(FluidConfig(solvent_viscosity=1.0, modes=()))
+        with_fluid(study, FluidConfig(solvent_viscosity=1.0, modes=()))
 
 
 def test_data_are_relative_to_the_config_file(tmp_path, monkeypatch):
@@ -591,12 +592,11 @@ def test_figure_of_a_newtonian_fluid_has_no_storage_modulus():
 @pytest.mark.slow
 def test_figure_is_written_with_its_data(tmp_path):
     paper = study("paper")
-    assert paper.shear_rates()[5.0] == pytest.approx(5 / 0.0752)
-    drawing = rheology(paper.physical_fluid, rates=paper.shear_rates())
+    rates = stages.rheology(paper).shear_rates()
+    assert rates[5.0] == pytest.approx(5 / 0.0752)
+    drawing = rheology(paper.fluid.physical(), rates=rates)
     paths = drawings.save(drawing, tmp_path / "rheology")
     assert [path.name for path in paths] == ["rheology.png", "rheology.pdf", "rheology.csv"]
-    again = drawings.save(
-        rheology(paper.physical_fluid, rates=paper.shear_rates()), tmp_path / "again"
-    )
+    again = drawings.save(rheology(paper.fluid.physical(), rates=rates), tmp_path / "again")
     for one, other in zip(paths, again, strict=True):
         assert one.read_bytes() == other.read_bytes()

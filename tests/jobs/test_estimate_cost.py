@@ -7,9 +7,16 @@ import harness
 import pandas as pd
 import pytest
 import xarray as xr
-from estimate_cost import (
+
+from viscotrain.config import stages
+from viscotrain.config.geometries import simulated, simulated_deborahs
+from viscotrain.config.names import geometry_name, point_name, train_name
+from viscotrain.config.study import Study
+from viscotrain.jobs import provenance
+from viscotrain.jobs.costs import (
     GROWTH,
     MEASURED,
+    TRANSIENT,
     CostModel,
     cost_of,
     estimate,
@@ -19,15 +26,7 @@ from estimate_cost import (
     unknowns_per_element,
     work_of,
 )
-
-from viscotrain.config.models import (
-    Study,
-    geometry_name,
-    simulated,
-    simulated_deborahs,
-    train_name,
-)
-from viscotrain.jobs import provenance
+from viscotrain.jobs.digests import digest
 from viscotrain.studies.dns import make_flow, triplet
 from viscotrain.words import INACCURATE
 
@@ -67,15 +66,16 @@ def results_of(study: Study, folder: Path, geometries, trains=()) -> Path:
     """Files as a run leaves them, as far as the estimate looks at them."""
     for sub in ("dns/timing", "trains"):
         (folder / sub).mkdir(parents=True, exist_ok=True)
-    attributes = provenance.attributes("test", study.resolved_yaml())
     for geometry in geometries:
+        own = stages.dns(study, *geometry)
+        attributes = provenance.attributes("test", own, digest("dns"))
         De = list(simulated_deborahs(study, *geometry))
         outcome = xr.Dataset({"status": ("deborah", [0] * len(De))}, {"deborah": De}, attributes)
         outcome.to_netcdf(folder / f"dns/{geometry_name(*geometry)}.nc")
         timing = [{"deborah": 0, "cpu_seconds": 0.5}, {"deborah": 1, "cpu_seconds": 7.0}]
         path = folder / f"dns/timing/{geometry_name(*geometry)}.csv"
         pd.DataFrame(timing).assign(sp=geometry[0], sf=geometry[1]).to_csv(path, index=False)
-    attributes |= {"trains_digest": provenance.digest(provenance.TRAINS)}
+    attributes = provenance.attributes("test", stages.trains(study), digest("trains"))
     for train in trains:
         xr.Dataset(attrs=attributes).to_netcdf(folder / f"trains/{train_name(*train)}.nc")
     return folder
@@ -119,7 +119,7 @@ def test_results_of_other_settings_do_not_count(change, study, tmp_path):
 def test_results_of_other_physics_do_not_count(study, tmp_path):
     results_of(study, tmp_path, study.geometries)
     path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
-    dataset = xr.load_dataset(path).assign_attrs(physics_digest="0123")
+    dataset = xr.load_dataset(path).assign_attrs(code_digest="0123")
     dataset.to_netcdf(path)
     assert study.geometries[0] in work_of(study, tmp_path).flows_left
 
@@ -154,10 +154,32 @@ def test_finished_start_ups_are_not_counted_again(study, tmp_path):
     method = study.dns.model_copy(update={"method": "transient"})
     study = study.model_copy(update={"dns": method})
     (tmp_path / "transient").mkdir()
-    attributes = provenance.attributes("test", study.resolved_yaml())
+    own = stages.transient(study, 1.0)
+    attributes = provenance.attributes("test", own, digest("transient"))
     outcome = xr.Dataset({"status": 0, "deborah": 1.0}, attrs=attributes)
     outcome.to_netcdf(tmp_path / "transient/sp1.5_sf1.5_De1.nc")
     assert work_of(study, tmp_path).flows_left[1.5, 1.5] == (0,)
+
+
+def test_a_finished_transient_study_is_done_and_its_own_times_count(study, tmp_path, measured):
+    """It was looked for in `dns/` only."""
+    study = study.model_copy(update={"dns": study.dns.model_copy(update={"method": "transient"})})
+    (tmp_path / "transient/timing").mkdir(parents=True)
+    for geometry, deborahs in simulated(study).items():
+        for De in deborahs:
+            name = point_name(*geometry, De)
+            own = provenance.attributes("test", stages.transient(study, De), digest("transient"))
+            outcome = xr.Dataset({"status": 0, "deborah": De}, attrs=own)
+            outcome.to_netcdf(tmp_path / f"transient/{name}.nc")
+            row = {"sp": geometry[0], "sf": geometry[1], "deborah": De, "cpu_seconds": 9.0}
+            pd.DataFrame([row]).to_csv(tmp_path / f"transient/timing/{name}.csv", index=False)
+    assert work_of(study, tmp_path).flows_left == {}
+    assert "solved       8 points of 4 geometries" in estimate(study, tmp_path, 2, measured)
+    found = own_costs(tmp_path, "transient")
+    model = CostModel(measured)
+    assert flow_seconds(study, (1.5, 1.5), (0, 1), model, found) == pytest.approx(18.0)
+    unknown = flow_seconds(study, (1.5, 1.5), (1,), model, found[:0])
+    assert unknown == pytest.approx(TRANSIENT * model.seconds(1, 3, study.dns.velocity_order, 2))
 
 
 # ----------------------------------------------------------------------------------- cost of a flow
@@ -201,7 +223,8 @@ def test_points_that_were_not_solved_are_left_out(measured):
 
 def test_unknowns_per_element_are_those_of_a_large_mesh():
     study = harness.study("config", dns={"wall_size": 0.03, "axis_size": 0.03})
-    flow = make_flow(study, triplet(study, math.inf, math.inf))
+    own = stages.flow(study)
+    flow = make_flow(own, triplet(own, math.inf, math.inf))
     expected = unknowns_per_element(4, 2)
     assert flow.space.ndof / flow.mesh.ne == pytest.approx(expected, rel=0.05)
 

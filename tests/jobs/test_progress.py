@@ -4,8 +4,10 @@ import pytest
 import xarray as xr
 from harness import study
 
-from viscotrain.config.models import simulated_deborahs
+from viscotrain.config import stages
+from viscotrain.config.geometries import simulated_deborahs
 from viscotrain.jobs import progress, provenance
+from viscotrain.jobs.digests import digest
 from viscotrain.words import INACCURATE
 
 INF = float("inf")
@@ -20,7 +22,7 @@ def result(sp, sf, failed_from=INF):
     return xr.Dataset(
         {"status": ("deborah", status), "reason": ("deborah", reason)},
         coords={"deborah": list(deborahs)},
-        attrs=provenance.attributes("test", STUDY.resolved_yaml()),
+        attrs=provenance.attributes("test", stages.dns(STUDY, sp, sf), digest("dns")),
     )
 
 

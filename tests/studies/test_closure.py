@@ -7,6 +7,7 @@ from harness import study
 from scipy.integrate import solve_ivp
 from synthetic import PAPER_NODES, constant, triplet
 
+from viscotrain.config import stages
 from viscotrain.studies import accuracy, closure
 from viscotrain.words import LEADING, MIDDLE, TRAILING
 
@@ -72,7 +73,7 @@ def test_without_time_after_the_start_up_there_is_nothing_to_compare():
 def test_three_spheres_are_a_triplet():
     """The only train for which the closure is exact; both sides come by different ways."""
     three = study(verification={"closure": {"distances": (2.0, 2.0)}})
-    rows = closure.error_at_gap(three, 0.5, report=print)
+    rows = closure.error_at_gap(stages.closure_gap(three), 0.5, report=print)
     assert rows["number"].tolist() == [1, 2]
     assert rows["direct"].abs().max() > 1e-5
     assert rows["error"].abs().max() < 1e-9

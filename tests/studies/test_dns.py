@@ -8,12 +8,14 @@ import pytest
 import xarray as xr
 import yaml
 
-from viscotrain.config.models import parse_study
+from viscotrain.config import stages
+from viscotrain.config.settings import FlowSettings
 from viscotrain.jobs import datasets, provenance
 from viscotrain.studies import dns
 from viscotrain.words import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, SOLVED, has_solution
 
-TINY = harness.study()
+STUDY = harness.study()
+TINY = stages.flow(STUDY)
 
 
 def quiet(_):
@@ -26,7 +28,7 @@ def solved(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dns")
     lines = []
     result, timing = dns.solve_geometry(TINY, 1.5, 1.5, lines.append, vtu_folder=folder)
-    result = provenance.stamped(result, TINY.resolved_yaml())
+    result = result.assign_attrs(provenance.attributes("test", TINY, "0123"))
     datasets.write(result, folder / "result.nc")
     return xr.load_dataset(folder / "result.nc"), timing, lines, folder
 
@@ -43,8 +45,9 @@ def test_dataset_is_complete_finite_and_described(solved):
             assert variable.attrs["units"], name
     for coordinate in result.coords.values():
         assert "_FillValue" not in coordinate.encoding or coordinate.dtype.kind != "f"
-    assert set(result.attrs) >= {"git_commit", "physics_digest", "software_versions"}
-    assert parse_study(yaml.safe_load(result.attrs["study_config"])) == TINY
+    assert set(result.attrs) >= {"git_commit", "code_digest", "software_versions"}
+    again = FlowSettings.model_validate(yaml.safe_load(result.attrs["settings"]))
+    assert again.stated().text() == TINY.stated().text()
 
 
 def test_velocities_are_ordered_and_plausible(solved):
@@ -68,8 +71,8 @@ def test_both_deborah_numbers_are_stored(solved):
 
 def test_the_log_has_a_line_per_deborah_number(solved):
     _, timing, lines, _ = solved
-    assert len(lines) == len(TINY.deborah.values) == len(timing)
-    for De, line in zip(TINY.deborah.values, lines, strict=True):
+    assert len(lines) == len(TINY.deborah) == len(timing)
+    for De, line in zip(TINY.deborah, lines, strict=True):
         assert line.startswith(f"De {De:g}:")
         assert "iterations" in line and "residual" in line and "CPU s" in line
 
@@ -81,7 +84,7 @@ def test_missing_spheres_have_no_velocity_of_their_own():
 
 
 def test_errors_are_stored_by_the_pairs_that_are_there():
-    study = harness.study(dns={"velocity_order": 3, "accuracy": 1.0})
+    study = stages.flow(harness.study(dns={"velocity_order": 3, "accuracy": 1.0}))
     result, _ = dns.solve_geometry(study, math.inf, 1.5, quiet)
     error = result["relative_velocity_error"]
     assert np.isnan(error.sel(pair="middle-trailing")).all()
@@ -94,7 +97,7 @@ def test_errors_are_stored_by_the_pairs_that_are_there():
 def test_a_point_that_is_not_accurate_is_solved_and_marked():
     rough = {"accuracy": 1e-12, "relative_accuracy": 0.0, "max_unknowns": 1}
     lines = []
-    study = harness.study(dns=rough | {"velocity_order": 3})
+    study = stages.flow(harness.study(dns=rough | {"velocity_order": 3}))
     result, _ = dns.solve_geometry(study, math.inf, 1.5, lines.append)
     assert (result["status"] == INACCURATE).all()
     assert np.isfinite(result["velocity"].sel(particle="middle")).all()
@@ -104,9 +107,10 @@ def test_a_point_that_is_not_accurate_is_solved_and_marked():
 
 def test_no_unique_flow_is_named():
     """A mobility above 1/2 with hardly any solvent: shear stress decreases with the rate."""
-    modes = (TINY.fluid.modes[0].model_copy(update={"mobility": 0.95}),)
+    modes = (STUDY.fluid.modes[0].model_copy(update={"mobility": 0.95}),)
     fluid = {"modes": modes, "solvent_viscosity": 1e-4}
-    study = harness.study(fluid=fluid, dns={"max_iterations": 1}).at([5.0])
+    failing = harness.study(fluid=fluid, dns={"max_iterations": 1}, deborah={"values": (5.0,)})
+    study = stages.flow(failing)
     assert math.isnan(dns.undisturbed(study, 5.0).centreline_velocity)
     result, _ = dns.solve_geometry(study, math.inf, math.inf, quiet)
     assert "no unique steady flow: shear stress" in str(result["reason"][0].item())
@@ -114,7 +118,7 @@ def test_no_unique_flow_is_named():
 
 def test_failure_is_a_result():
     """One iteration cannot converge: NaN, a status and a reason, and no exception."""
-    failing = harness.study(dns={"max_iterations": 1})
+    failing = stages.flow(harness.study(dns={"max_iterations": 1}))
     result, timing = dns.solve_geometry(failing, 1.5, 1.5, quiet)
     assert result["status"].values.tolist() == [NOT_CONVERGED, NOT_ATTEMPTED]
     assert np.isnan(result["velocity"]).all()
@@ -159,7 +163,7 @@ def test_sampled_fields_have_the_flow_in_them():
 def velocities(study, sp, sf):
     """U by De and particle, of a direct solution at every De."""
     found = [s.velocities for _, s in dns.solutions(study, dns.triplet(study, sp, sf))]
-    assert len(found) == len(study.deborah.values)
+    assert len(found) == len(study.deborah)
     return found
 
 
@@ -181,6 +185,24 @@ def test_the_mirror_image_has_the_same_velocities_without_elasticity():
 def test_a_file_holds_the_deborah_numbers_at_which_it_is_needed():
     axis = (1.2, 1.5, math.inf)
     study = harness.study(table={"sp": axis, "sf": axis})
-    result, timing = dns.solve_geometry(study, 1.5, 1.2, quiet)
+    result, timing = dns.solve_geometry(stages.dns(study, 1.5, 1.2), 1.5, 1.2, quiet)
     assert result["deborah"].values.tolist() == [1.0]
     assert timing["deborah"].tolist() == [1.0]
+
+
+def test_the_study_says_which_deborah_number_is_meant():
+    """A De of the mean relaxation time is solved at a larger one of the longest mode."""
+    deborah = STUDY.deborah.model_copy(
+        update={"values": (0.5,), "definition": "mean_relaxation_time"}
+    )
+    mean = stages.flow(STUDY.model_copy(update={"deborah": deborah}))
+    longest = 0.5 / STUDY.dimensionless_fluid.mean_relaxation_time
+    ((De, solution),) = dns.solutions(mean, dns.triplet(mean, math.inf, math.inf))
+    assert (De, solution.deborah) == (0.5, pytest.approx(longest))
+    result, _ = dns.solve_geometry(mean, math.inf, math.inf, quiet)
+    assert result["deborah_longest_mode"].item() == pytest.approx(longest)
+    assert result["deborah_mean_relaxation_time"].item() == pytest.approx(0.5)
+    deborah = STUDY.deborah.model_copy(update={"values": (longest,)})
+    same = stages.flow(STUDY.model_copy(update={"deborah": deborah}))
+    expected, _ = dns.solve_geometry(same, math.inf, math.inf, quiet)
+    np.testing.assert_allclose(result["velocity"], expected["velocity"], rtol=1e-9)

@@ -11,8 +11,9 @@ from harness import VERIFICATION
 
 from viscotrain.config.models import DnsConfig
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
-from viscotrain.studies import robustness
-from viscotrain.studies.robustness import CORNER, DEFAULT, FLOOR, MAIN, REFERENCE
+from viscotrain.studies import robustness, sample
+from viscotrain.studies.robustness import DEFAULT, FLOOR, REFERENCE
+from viscotrain.studies.sample import CORNER, MAIN
 
 KEPT = VERIFICATION / "robustness" / "sample.csv"
 # The point of the end-to-end test: no physics, only that everything fits together.
@@ -25,7 +26,7 @@ COARSE = DnsConfig(
     relative_accuracy=0.5,
     max_unknowns=10_000,
 )
-EASY = robustness.Point(
+EASY = sample.Point(
     index=0,
     part=MAIN,
     fluid=DimensionlessFluid(0.5, (Mode(0.5, 1.0, 0.3),)),
@@ -39,48 +40,48 @@ EASY = robustness.Point(
 
 
 def test_every_coordinate_has_one_point_in_each_stratum():
-    for sample in robustness.coordinates(robustness.SEED):
-        count = len(sample)
-        strata = np.sort((sample * count).astype(int), axis=0)
+    for points in sample.coordinates(sample.SEED):
+        count = len(points)
+        strata = np.sort((points * count).astype(int), axis=0)
         assert (strata == np.arange(count)[:, None]).all()
 
 
 def test_the_same_seed_makes_the_same_design():
-    assert robustness.design() == robustness.design(robustness.SEED)
-    assert robustness.design() != robustness.design(robustness.SEED + 1)
-    assert [point.index for point in robustness.design()] == list(range(72))
+    assert sample.design() == sample.design(sample.SEED)
+    assert sample.design() != sample.design(sample.SEED + 1)
+    assert [point.index for point in sample.design()] == list(range(72))
 
 
 def test_all_is_within_its_range_and_reaches_its_ends():
-    points = [point for point in robustness.design() if point.part == MAIN]
-    assert len(points) == robustness.MAIN_POINTS >= 60
+    points = [point for point in sample.design() if point.part == MAIN]
+    assert len(points) == sample.MAIN_POINTS >= 60
     mobilities = [mode.mobility for point in points for mode in point.fluid.modes]
     gaps = [s - 1 for point in points for s in (point.sp, point.sf) if math.isfinite(s)]
     moving = [point.deborah for point in points if point.deborah > 0]
     for values, (low, high) in (
-        (mobilities, robustness.MOBILITY),
-        ([point.fluid.solvent for point in points], robustness.SOLVENT),
-        ([point.confinement for point in points], robustness.CONFINEMENT),
-        (gaps, robustness.GAP),
-        (moving, robustness.DEBORAH),
+        (mobilities, sample.MOBILITY),
+        ([point.fluid.solvent for point in points], sample.SOLVENT),
+        ([point.confinement for point in points], sample.CONFINEMENT),
+        (gaps, sample.GAP),
+        (moving, sample.DEBORAH),
     ):
         assert low <= min(values) < 1.3 * low
         assert high / 1.3 < max(values) <= high
     assert len(points) - len(moving) == 3
     times = [mode.relaxation_time for point in points for mode in point.fluid.modes[1:]]
-    assert min(times) >= robustness.TIME_RATIO[0] and max(times) < robustness.TIME_RATIO[1]
+    assert min(times) >= sample.TIME_RATIO[0] and max(times) < sample.TIME_RATIO[1]
 
 
 def test_modes_and_spheres_are_in_equal_numbers():
-    points = [point for point in robustness.design() if point.part == MAIN]
+    points = [point for point in sample.design() if point.part == MAIN]
     assert np.bincount([len(point.fluid.modes) for point in points]).tolist() == [0] + 4 * [15]
     spheres = [1 + math.isfinite(point.sp) + math.isfinite(point.sf) for point in points]
     assert np.bincount(spheres).tolist() == [0, 20, 20, 20]
 
 
 def test_the_corner_has_weak_mobilities_or_little_solvent():
-    points = [point for point in robustness.design() if point.part == CORNER]
-    assert len(points) == robustness.CORNER_POINTS >= 12
+    points = [point for point in sample.design() if point.part == CORNER]
+    assert len(points) == sample.CORNER_POINTS >= 12
     weak = [max(mode.mobility for mode in point.fluid.modes) <= 0.05 for point in points]
     little = [0.01 <= point.fluid.solvent <= 0.05 for point in points]
     assert all(one or other for one, other in zip(weak, little, strict=True))
@@ -127,7 +128,7 @@ def test_shares_of_a_made_up_table(results):
 
 
 def test_the_report_names_what_failed(results):
-    text = robustness.report(results)
+    text = robustness.report(results, "present")
     assert "main: 5 of 60 points run, 80.0% converged" in text
     assert "main 4 default: De 1 not solved, reached 0.7: no convergence" in text
     assert "median 10, maximum 50 CPU s" in text
@@ -187,12 +188,12 @@ def kept():
     if not KEPT.exists():
         pytest.skip("no results are kept")
     table = pd.read_csv(KEPT)
-    return table[table["seed"] == robustness.SEED]
+    return table[table["seed"] == sample.SEED]
 
 
 def test_kept_results_are_of_this_design(kept):
     runs = kept[kept["run"] == DEFAULT].set_index("index").sort_index()
-    points = robustness.design()
+    points = sample.design()
     assert runs.index.tolist() == [point.index for point in points]
     for name, of_point in (
         ("confinement", lambda point: point.confinement),

@@ -4,16 +4,19 @@ import numpy as np
 import pytest
 from harness import study
 
+from viscotrain.config import stages
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import triplet
 from viscotrain.studies.transient import follow_from_rest, start_up_time, time_options
 from viscotrain.words import NOT_CONVERGED, SOLVED
 
-TINY = study()
+STUDY = study()
+TINY = stages.transient(STUDY, 1.0)
+NEWTONIAN = stages.transient(STUDY, 0.0)
 
 
 def changed(**settings):
-    return study(dns={"transient": settings})
+    return TINY.model_copy(update={"transient": TINY.transient.model_copy(update=settings)})
 
 
 def silent(_):
@@ -21,15 +24,16 @@ def silent(_):
 
 
 def test_times_are_in_relaxation_times():
-    assert start_up_time(TINY, 3.0) == pytest.approx(6.0)
-    assert time_options(TINY, 3.0).first_step == pytest.approx(3e-3)
-    assert start_up_time(TINY, 0.0) == 0.0
+    three = stages.transient(STUDY, 3.0)
+    assert start_up_time(three, 3.0) == pytest.approx(6.0)
+    assert time_options(three, 3.0).first_step == pytest.approx(3e-3)
+    assert start_up_time(NEWTONIAN, 0.0) == 0.0
 
 
 def test_newtonian_spheres_move_without_start_up():
     """A train of four keeps moving by its velocities; distances follow."""
     geometry = Geometry.train(0.2, [1.3, 2.0, 1.6], margin=1.5)
-    result, steps = follow_from_rest(TINY, geometry, 0.0, until=2.0, report=silent)
+    result, steps = follow_from_rest(NEWTONIAN, geometry, 0.0, until=2.0, report=silent)
     assert result.sizes == {"time": len(steps), "sphere": 4, "gap": 3}
     assert int(result["status"]) == SOLVED
     time, velocity = result["time"].values, result["velocity"].values

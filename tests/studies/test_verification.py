@@ -9,12 +9,13 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from viscotrain.config import stages
 from viscotrain.drawing import verification_figures
-from viscotrain.studies import accuracy
+from viscotrain.studies import accuracy, start_up
 from viscotrain.studies.accuracy import KINDS, RELATIVE, observed_orders, with_errors
 from viscotrain.studies.convergence import settings
 
-DEMO = harness.study("config")
+DEMO = stages.convergence(harness.study("config"))
 
 
 def rows(values, error, default, deborah=1.0):
@@ -103,7 +104,7 @@ def test_boxes_are_longer_than_the_default_one():
 
 
 def test_no_order_is_below_the_lowest():
-    tiny = harness.study("tiny")
+    tiny = stages.convergence(harness.study("tiny"))
     assert [order for order, _, _ in settings(tiny, "order")] == [3, 4, 5]
 
 
@@ -133,6 +134,20 @@ def test_differences_are_transient_minus_quasi_steady():
     np.testing.assert_allclose(
         accuracy.remaining_differences(comparison()), np.full((2, 2), 1e-5), atol=1e-12
     )
+
+
+def test_a_start_up_of_less_than_a_relaxation_time_is_compared_at_its_end(monkeypatch):
+    """`dns.transient.duration` may be below 1; there was nothing to compare then."""
+    monkeypatch.setattr(start_up, "_quasi_steady", lambda *_: np.array([0.0, 1e-3, 2e-3]))
+    whole = comparison().drop_vars(["quasi_steady_velocity", "check_time"])
+    short = whole.isel(time=slice(0, 1)).assign_coords(time=[0.4 * 5.0])
+    compared = start_up.compare_start_up(DEMO, short, lambda _: None)
+    assert compared["check_time"].values == pytest.approx([2.0])
+    table = xr.Dataset(coords={"deborah": [5.0]})
+    text = accuracy.accuracy(table, [compared], [], pd.DataFrame(), {})
+    assert "transient, 0.4 relaxation times after rest | 5 | 1.0e-03 Ubar" in text
+    whole = start_up.compare_start_up(DEMO, whole, lambda _: None)
+    assert whole["check_time"].values == pytest.approx([5, 10, 15, 20, 30, 40, 50])
 
 
 def train(deborah):

@@ -10,6 +10,7 @@ from harness import CONFIG, output, run_script, study
 from matplotlib.patches import Rectangle
 from synthetic import triplet
 
+from viscotrain.config import stages
 from viscotrain.drawing import design_figures, figures
 from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Mode
 from viscotrain.trains import design_map, statistics
@@ -235,7 +236,7 @@ def test_scripts_from_the_command_line(tiny_table, tmp_path):
     assert (tmp_path / "figures" / "design_map.csv").exists()
     assert "of 2 conditions" in words
     result = xr.load_dataset(tmp_path / "map.nc")
-    scales = study().scales(1.0)
+    scales = stages.physical(study()).scales(1.0)
     assert float(result["flow_rate"][0]) == scales.flow_rate
     assert result["volume_fraction"].values.tolist() == [0.01, 0.015]
     assert result["station"].values.tolist() == [0, 5, 10, 15, 20]

@@ -7,15 +7,13 @@ to repeat a job rests on records that only a finished job leaves.
 
 import re
 import shutil
-from pathlib import Path
 
 import pytest
 import xarray as xr
 import yaml
-from harness import CONFIG, DNS_JOB, ROOT, SMALL, Project, written
+from harness import CONFIG, DNS_JOB, SMALL, Project, written
 
-from viscotrain.config.models import load_study
-from viscotrain.jobs import provenance
+from viscotrain.config.reading import load_study
 from viscotrain.words import NOT_ATTEMPTED, NOT_CONVERGED
 
 TINY = written()
@@ -50,6 +48,7 @@ def test_every_shipped_config_has_a_plan(config, project):
         "train_figures": number_of_trains,
         "design_points": len({De for De, _ in study.map_conditions()}),
         "study_figures": 1,
+        "study_config": 1,
         "field": 1,
     }
     assert len(geometries) == jobs["dns"]
@@ -205,7 +204,7 @@ def test_the_summary_names_movies_and_design_map(finished):
 def test_another_frame_rate_repeats_no_simulation(finished):
     faster = SMALL | {"movies": SMALL["movies"] | {"frame_rate": 30}}
     jobs, _ = finished.plan("--configfile", finished.configured(faster))
-    assert jobs == {"movies": 1, "summary": 1, "all": 1}
+    assert jobs == {"movies": 1, "study_config": 1, "summary": 1, "all": 1}
 
 
 @pytest.mark.slow
@@ -221,7 +220,7 @@ def test_a_distance_more_runs_only_the_new_geometries_and_what_follows(finished)
     larger = SMALL | {"table": SMALL["table"] | {"sp": [1.5, 2.5, float("inf")]}}
     jobs, geometries = finished.plan("--configfile", finished.configured(larger))
     assert geometries == {("2.5", "1.5"), ("2.5", "inf")}
-    assert jobs == AFTER_DNS | {"dns": 2, "study_figures": 1}
+    assert jobs == AFTER_DNS | {"dns": 2, "study_config": 1, "study_figures": 1}
 
 
 @pytest.mark.slow
@@ -231,6 +230,7 @@ def test_other_trains_simulate_no_flow(finished):
     assert jobs == {
         "trains": 1,
         "movies": 1,
+        "study_config": 1,
         "study_figures": 1,
         "train_figures": 1,
         "interactive": 1,
@@ -256,70 +256,77 @@ def test_comments_and_docstrings_of_the_physics_repeat_nothing(finished):
 
 @pytest.mark.slow
 def test_code_of_the_physics_repeats_every_simulation(finished):
-    path = finished.folder / "scripts" / "viscotrain" / "flow" / "weak_forms.py"
-    path.write_text(path.read_text(encoding="utf-8") + "\n\nUNUSED = 1\n", encoding="utf-8")
+    finished.edit("scripts/viscotrain/flow/weak_forms.py", "\ndef ", "\nUNUSED = 1\n\n\ndef ")
     jobs, _ = finished.plan("--configfile", "study.yaml")
     assert jobs == AFTER_DNS | {"dns": 3, "field": 1}
 
 
-# ----------------------------------------------------------------------------------------- digest
+@pytest.mark.slow
+def test_a_larger_device_repeats_no_simulation_of_a_flow(finished):
+    """D, d and Ubar scaled together: what is computed in units of D and D/Ubar stays.
 
-
-CODE = '''"""Title."""
-import math
-
-def area(radius):
-    """Words."""
-    return math.pi * radius**2
-'''
-
-
-def digest_of(folder: Path, code: str) -> str:
-    (folder / "physics.py").write_text(code, encoding="utf-8")
-    return provenance.digest(("physics",), package=folder)
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ('"""Title."""', '"""Another title."""'),
-        ('    """Words."""\n', '    """Other\n    words."""\n'),
-        ('    """Words."""\n', ""),
-        ("import math\n", "import math  # for pi\n\n# A comment.\n"),
-        ("math.pi * radius**2", "(math.pi * (radius ** 2))"),
-    ],
-    ids=["module docstring", "function docstring", "no docstring", "comments", "layout"],
-)
-def test_digest_ignores_text(old, new, tmp_path):
-    assert old in CODE
-    assert digest_of(tmp_path, CODE.replace(old, new)) == digest_of(tmp_path, CODE)
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [("radius**2", "radius**3"), ("math.pi *", "-math.pi *"), ("(radius):", "(radius=1.0):")],
-)
-def test_digest_follows_code(old, new, tmp_path):
-    assert old in CODE
-    assert digest_of(tmp_path, CODE.replace(old, new)) != digest_of(tmp_path, CODE)
-
-
-def test_digest_is_that_of_the_named_modules_only(tmp_path):
-    before = digest_of(tmp_path, CODE)
-    (tmp_path / "figures.py").write_text("COLOUR = 1\n", encoding="utf-8")
-    assert provenance.digest(("physics",), package=tmp_path) == before
-
-
-def test_every_module_that_the_solver_imports_is_in_the_digest_of_the_physics():
-    """With `studies.dns`, which chooses the resolution, and the mesher it calls."""
-    modules = "flow.continuation", "flow.meshes", "fluid.pipe"
-    imports = ", ".join(f"viscotrain.{name}" for name in modules)
-    done = Project(ROOT).run("-c", f"import sys, {imports}; print(*sys.modules)")
-    loaded = (name.removeprefix("viscotrain.") for name in done.stdout.split())
-    found = {
-        name for name in loaded if (provenance.PACKAGE / f"{name.replace('.', '/')}.py").is_file()
+    Files that hold flow rates and lengths in physical units are made again: trains and what they
+    are seen in.
+    """
+    larger = SMALL | {
+        "channel": SMALL["channel"] | {"diameter": 150e-6 / 1.1},
+        "particle": {"diameter": 30e-6 / 1.1},
     }
-    assert (found - {"errors"}) | {"studies.dns"} == set(provenance.PHYSICS)
+    jobs, _ = finished.plan("--configfile", finished.configured(larger))
+    assert not {"dns", "field", "table"} & jobs.keys()
+    assert jobs["trains"] == jobs["study_config"] == 1
+
+
+@pytest.mark.slow
+def test_slower_fluids_and_thicker_ones_repeat_no_simulation_of_a_flow(finished):
+    """All relaxation times by one factor, all viscosities by another."""
+    modes = [
+        mode
+        | {"viscosity": 3.3 * mode["viscosity"], "relaxation_time": mode["relaxation_time"] / 7}
+        for mode in SMALL["fluid"]["modes"]
+    ]
+    fluid = {"solvent_viscosity": 3.3 * SMALL["fluid"]["solvent_viscosity"], "modes": modes}
+    jobs, _ = finished.plan("--configfile", finished.configured(SMALL | {"fluid": fluid}))
+    assert not {"dns", "field", "table", "velocity_figures"} & jobs.keys()
+
+
+@pytest.mark.slow
+def test_other_trains_leave_the_stored_config_current(finished):
+    """It was that of the table, which other trains do not repeat."""
+    more = SMALL | {"trains": SMALL["trains"] | {"repeats": 4}}
+    stored = "results/small/config.yaml"
+    config = finished.configured(more)
+    done = finished.snakemake("--cores", "1", "--configfile", config, "--", stored)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert load_study(finished.folder / stored).trains.repeats == 4
+
+
+@pytest.mark.slow
+def test_saving_fields_is_no_physics(finished):
+    """Where the fields are there, nothing is repeated, and nothing when they are given up."""
+    for name in ("sp1.5_sf1.5", "sp1.5_sfinf", "spinf_sfinf"):
+        folder = finished.folder / "results" / "small" / "dns" / name
+        folder.mkdir()
+        shutil.copystat(folder.with_name(f"{name}.nc"), folder)
+    saving = SMALL | {"dns": SMALL["dns"] | {"save_fields": True}}
+    jobs, _ = finished.plan("--configfile", finished.configured(saving))
+    assert jobs == {"study_config": 1, "all": 1}
+    assert finished.plan("--configfile", finished.configured(SMALL)) == ({}, set())
+
+
+@pytest.mark.slow
+def test_the_definition_of_deborah_numbers_repeats_the_closure_too(project):
+    """Settings of flow and closure both had a key `deborah`, of which one was lost."""
+    config = project.configured(TINY)
+    gap = "results/tiny/verification/closure/gap1.csv"
+    path = project.folder / gap
+    done = project.snakemake("--cores", "1", "--configfile", config, "--", gap)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert path.exists()
+    assert project.plan("--configfile", config, "--", gap)[0] == {}
+    other = TINY | {"deborah": TINY["deborah"] | {"definition": "mean_relaxation_time"}}
+    jobs, _ = project.plan("--configfile", project.configured(other), "--", gap)
+    assert jobs == {"closure_gap": 1}
 
 
 # ------------------------------------------------------------------------------ profile and config

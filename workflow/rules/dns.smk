@@ -1,11 +1,6 @@
 """Direct numerical simulation: one job per geometry (sp, sf), through all Deborah numbers."""
 
 
-wildcard_constraints:
-    sp=r"[0-9.e+-]+|inf",
-    sf=r"[0-9.e+-]+|inf",
-
-
 rule dns:
     input:
         **FITTED_FLUID,
@@ -18,19 +13,15 @@ rule dns:
         result=f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}.nc",
         timing=f"{RESULTS}/dns/timing/sp{{sp}}_sf{{sf}}.csv",
     log:
-        f"{RESULTS}/logs/dns/sp{{sp}}_sf{{sf}}.log",
+        f"{LOGS}/dns/sp{{sp}}_sf{{sf}}.log",
     conda:
-        "../../envs/viscotrain.yaml"
+        ENVIRONMENT
     threads: 1
     resources:
-        mem_mb=3000,
-        runtime=60,
+        **solving("dns"),
     params:
-        physics=provenance.digest(provenance.PHYSICS),
-        settings=STUDY.dns_settings(),
-        deborah=lambda wildcards: simulated_deborahs(
-            STUDY, float(wildcards.sp), float(wildcards.sf)
-        ),
+        **given("dns"),
+        settings=dns_settings,
     message:
         "Simulating the triplet sp = {wildcards.sp}, sf = {wildcards.sf}"
     script:
@@ -52,19 +43,16 @@ rule field:
     input:
         **FITTED_FLUID,
     output:
-        f"{RESULTS}/dns/field.nc",
+        result=f"{RESULTS}/dns/field.nc",
     log:
-        f"{RESULTS}/logs/dns/field.log",
+        f"{LOGS}/dns/field.log",
     conda:
-        "../../envs/viscotrain.yaml"
+        ENVIRONMENT
     threads: 1
     resources:
-        mem_mb=3000,
-        runtime=60,
+        **solving("dns"),
     params:
-        physics=provenance.digest(provenance.FIELD),
-        settings=STUDY.dns_settings(),
-        point=STUDY.field_point().model_dump(mode="json"),
+        **given("field", stages.field(STUDY)),
     message:
         "Computing the fields of the triplet that is drawn"
     script:

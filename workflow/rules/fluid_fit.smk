@@ -4,17 +4,18 @@ if MEASURED:
 
     rule fluid_fit:
         input:
-            MEASURED,
+            files=MEASURED,
         output:
             fluid=f"{RESULTS}/fluid_fit/fluid.yaml",
             fit=f"{RESULTS}/fluid_fit/fit.nc",
         log:
-            f"{RESULTS}/logs/fluid_fit.log",
+            f"{LOGS}/fluid_fit.log",
         conda:
-            "../../envs/viscotrain.yaml"
+            ENVIRONMENT
+        resources:
+            **not_solving(),
         params:
-            code=provenance.digest(provenance.FLUID_FIT),
-            settings=STUDY.fluid.model_dump(mode="json"),
+            **given("fluid_fit", stages.fluid_fit(STUDY)),
         message:
             "Fitting the fluid to measured data"
         script:

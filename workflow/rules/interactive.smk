@@ -3,16 +3,18 @@
 
 rule interactive:
     input:
-        table=f"{RESULTS}/table/velocity_table.nc",
+        table=TABLE,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
     output:
-        f"{RESULTS}/interactive.html",
+        page=f"{RESULTS}/interactive.html",
     log:
-        f"{RESULTS}/logs/interactive.log",
+        f"{LOGS}/interactive.log",
     conda:
-        "../../envs/viscotrain.yaml"
+        ENVIRONMENT
+    resources:
+        **not_solving(),
     params:
-        code=provenance.digest(provenance.INTERACTIVE),
+        **given("interactive", stages.interactive(STUDY)),
     message:
         "Making the interactive page"
     script:

@@ -1,12 +1,9 @@
 """Movies: one job per filmed train, which makes those of all cameras, and a view of all stations."""
 
-MOVIES = [train_name(De, phi) for De, phi in STUDY.movie_conditions()]
-
 
 rule movies:
     input:
-        **FITTED_FLUID,
-        table=f"{RESULTS}/table/velocity_table.nc",
+        table=TABLE,
         trains=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
     output:
         film=f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}.nc",
@@ -22,7 +19,7 @@ rule movies:
             },
         ),
         stations=report(
-            f"{RESULTS}/figures/stations_De{{deborah}}_phi{{volume_fraction}}.png",
+            f"{FIGURES}/stations_De{{deborah}}_phi{{volume_fraction}}.png",
             caption="../report/stations.rst",
             category="Trains",
             labels={
@@ -32,18 +29,18 @@ rule movies:
             },
         ),
         data=multiext(
-            f"{RESULTS}/figures/stations_De{{deborah}}_phi{{volume_fraction}}",
+            f"{FIGURES}/stations_De{{deborah}}_phi{{volume_fraction}}",
             ".pdf",
             ".nc",
         ),
     log:
-        f"{RESULTS}/logs/movies/De{{deborah}}_phi{{volume_fraction}}.log",
+        f"{LOGS}/movies/De{{deborah}}_phi{{volume_fraction}}.log",
     conda:
-        "../../envs/viscotrain.yaml"
+        ENVIRONMENT
+    resources:
+        **not_solving(minutes=60),
     params:
-        code=provenance.digest(provenance.MOVIES),
-        settings=STUDY.film_settings()
-        | STUDY.movies.model_dump(include={"width", "frame_rate"}),
+        **given("movies", stages.movies(STUDY)),
     message:
         "Movies of the train at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
     script:

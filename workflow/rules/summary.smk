@@ -1,34 +1,55 @@
-"""What the run made, in a few lines; printed at its end."""
+"""What the run made, in a few lines, printed at its end; and the config that it is of."""
 
 
 rule summary:
     input:
-        table=f"{RESULTS}/table/velocity_table.nc",
+        table=TABLE,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
         movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
-        design_map=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
-        figures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES),
-        timing=[
-            f"{RESULTS}/{name.format(folder='timing/')}.csv" for name in SIMULATIONS
-        ],
+        maps=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
+        figures=expand(f"{FIGURES}/{{figure}}.png", figure=ALL_FIGURES),
+        timing=[f"{RESULTS}/{stage}/timing/{name}.csv" for stage, name in SIMULATIONS],
     output:
-        report(
+        summary=report(
             f"{RESULTS}/summary.txt",
             caption="../report/summary.rst",
             category="Study",
             labels={"figure": "summary"},
         ),
-        report(
+    log:
+        f"{LOGS}/summary.log",
+    conda:
+        ENVIRONMENT
+    resources:
+        **not_solving(),
+    params:
+        **given("summary"),
+    message:
+        "Summing up"
+    script:
+        "../../scripts/summary.py"
+
+
+rule study_config:
+    input:
+        **FITTED_FLUID,
+    output:
+        config=report(
             f"{RESULTS}/config.yaml",
             caption="../report/config.rst",
             category="Study",
             labels={"figure": "config with all defaults"},
         ),
     log:
-        f"{RESULTS}/logs/summary.log",
+        f"{LOGS}/config.log",
     conda:
-        "../../envs/viscotrain.yaml"
+        ENVIRONMENT
+    resources:
+        **not_solving(),
+    params:
+        **given("study_config"),
+        config=STUDY.resolved_yaml(),
     message:
-        "Summing up"
+        "Writing the config with all defaults"
     script:
-        "../../scripts/summary.py"
+        "../../scripts/study_config.py"

@@ -1,32 +1,40 @@
-"""Particle trains: one job per Deborah number and volume fraction, with all its repeats."""
+"""Particle trains: one job per Deborah number and volume fraction, with all its repeats.
 
-TRAINS = [
-    train_name(De, phi)
-    for De in STUDY.trains.deborah
-    for phi in STUDY.trains.volume_fraction
-]
-
-
-wildcard_constraints:
-    deborah=r"[0-9.e+-]+",
-    volume_fraction=r"[0-9.e+-]+",
+Those of the design map are recorded elsewhere; one job makes all volume fractions at a De.
+"""
 
 
 rule trains:
     input:
-        f"{RESULTS}/table/velocity_table.nc",
         **FITTED_FLUID,
+        table=TABLE,
     output:
-        f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
+        trains=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
     log:
-        f"{RESULTS}/logs/trains/De{{deborah}}_phi{{volume_fraction}}.log",
+        f"{LOGS}/trains/De{{deborah}}_phi{{volume_fraction}}.log",
     conda:
-        "../../envs/viscotrain.yaml"
+        ENVIRONMENT
+    resources:
+        **not_solving(minutes=60),
     params:
-        code=provenance.digest(provenance.TRAINS),
-        settings=STUDY.trains_settings(),
+        **given("trains", stages.trains(STUDY)),
         volume_fraction=lambda wildcards: [float(wildcards.volume_fraction)],
     message:
         "Simulating trains at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
     script:
         "../../scripts/trains.py"
+
+
+use rule trains as design_points with:
+    output:
+        trains=[
+            f"{RESULTS}/design_map/De{{deborah}}_phi{number_name(phi)}.nc"
+            for phi in MAP_FRACTIONS
+        ],
+    log:
+        f"{LOGS}/design_map/De{{deborah}}.log",
+    params:
+        **given("trains", stages.design_points(STUDY)),
+        volume_fraction=MAP_FRACTIONS,
+    message:
+        "Design map: trains at De = {wildcards.deborah}"

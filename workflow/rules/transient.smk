@@ -8,16 +8,15 @@ rule transient:
         result=f"{RESULTS}/transient/sp{{sp}}_sf{{sf}}_De{{deborah}}.nc",
         timing=f"{RESULTS}/transient/timing/sp{{sp}}_sf{{sf}}_De{{deborah}}.csv",
     log:
-        f"{RESULTS}/logs/transient/sp{{sp}}_sf{{sf}}_De{{deborah}}.log",
+        f"{LOGS}/transient/sp{{sp}}_sf{{sf}}_De{{deborah}}.log",
     conda:
-        "../../envs/viscotrain.yaml"
+        ENVIRONMENT
     threads: 1
     resources:
-        mem_mb=3000,
-        runtime=60,
+        **solving("transient"),
     params:
-        physics=provenance.digest(provenance.TRANSIENT),
-        settings=STUDY.transient_settings(),
+        **given("transient"),
+        settings=transient_settings,
     message:
         "Simulating the start-up of sp = {wildcards.sp}, sf = {wildcards.sf}, "
         "De = {wildcards.deborah}"

@@ -14,10 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from viscotrain.config.models import Study
+from viscotrain.config.settings import SchematicSettings
 from viscotrain.drawing.style import GREY, PAGE, STYLE, Drawing, styled
 from viscotrain.flow.geometry import Geometry
-from viscotrain.fluid.parameters import CHANNEL_RADIUS
+from viscotrain.fluid.parameters import CHANNEL_RADIUS, mean_spacing
 from viscotrain.words import PARTICLES
 
 FLUID, SPHERE = "#EAF1F6", "#DDDDDD"
@@ -36,15 +36,15 @@ ARROW = {
 FLOW = {"arrowstyle": "-|>", "lw": 1.2, "color": "black"}
 
 
-def geometry(study: Study) -> xr.Dataset:
+def geometry(study: SchematicSettings) -> xr.Dataset:
     """Positions of the spheres that are drawn, in D; the middle sphere of the triplet is at 0."""
-    sp, sf = (_typical(nodes, part) for nodes, part in ((study.table.sp, 3), (study.table.sf, 2)))
-    triplet = Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
+    sp, sf = (_typical(nodes, part) for nodes, part in ((study.sp, 3), (study.sf, 2)))
+    triplet = Geometry.triplet(study.confinement, sp, sf, study.margin)
     middle = triplet.positions[triplet.spheres.index("middle")]
-    phi = study.trains.volume_fraction[0]
-    spacing = study.mean_spacing(phi) * study.confinement
+    phi = study.volume_fraction
+    spacing = mean_spacing(study.confinement, phi) * study.confinement
     shares = np.maximum(np.array(ENTERING) * spacing, 1.05 * study.confinement)
-    leaving = study.channel.length - spacing * (0.4 + np.arange(LEAVING))[::-1]
+    leaving = study.channel_length - spacing * (0.4 + np.arange(LEAVING))[::-1]
     values = {
         "triplet_position": (("sphere",), np.array(triplet.positions) - middle),
         "entering_position": (("entering",), np.concatenate([[0.0], np.cumsum(shares)])),
@@ -56,8 +56,8 @@ def geometry(study: Study) -> xr.Dataset:
         "sf": ((), sf),
         "mean_spacing": ((), spacing),
         "volume_fraction": ((), phi),
-        "channel_length": ((), study.channel.length),
-        "channel_diameter": ((), 1e3 * study.channel.diameter),
+        "channel_length": ((), study.channel_length),
+        "channel_diameter": ((), 1e3 * study.channel_diameter),
     }
     texts = {
         "triplet_position": "positions over channel diameter, from the middle sphere",

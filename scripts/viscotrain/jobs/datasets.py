@@ -1,11 +1,17 @@
-"""Writing datasets: compressed, free of clocks, coordinates without fill values."""
+"""Writing datasets and tables: compressed, free of clocks, coordinates without fill values."""
 
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 COMPRESSION = 4  # zlib level
+
+
+def read(path: str | Path) -> xr.Dataset:
+    """A dataset with all its values."""
+    return xr.load_dataset(path)
 
 
 def write(dataset: xr.Dataset, path: str | Path) -> None:
@@ -20,3 +26,18 @@ def write(dataset: xr.Dataset, path: str | Path) -> None:
         if variable.ndim and np.issubdtype(variable.dtype, np.number):
             options |= {"zlib": True, "complevel": COMPRESSION}
     dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
+
+
+def write_csv(table: pd.DataFrame, path: str | Path | None, digits: int | None = None) -> None:
+    """Write a table, with so many significant digits; its folder is made if needed.
+
+    Args:
+        table: Without an index of a meaning.
+        path: None for nowhere.
+        digits: None for all.
+    """
+    if path is None:
+        return
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    form = None if digits is None else f"%.{digits}g"
+    table.to_csv(path, index=False, float_format=form, lineterminator="\n")

@@ -1,5 +1,6 @@
 """Writing figures: PNG, PDF and the data they show, free of clocks."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -11,8 +12,16 @@ HIDDEN = {"CreationDate": None, "ModDate": None}  # clocks, which would spoil id
 
 
 @styled
-def save(drawing: Drawing, stem: str | Path) -> list[Path]:
-    """Write `stem`.png, `stem`.pdf and `stem`.nc or `stem`.csv; bytes depend on content only."""
+def save(
+    drawing: Drawing, stem: str | Path, attributes: Mapping[str, str] | None = None
+) -> list[Path]:
+    """Write `stem`.png, `stem`.pdf and `stem`.nc or `stem`.csv; bytes depend on content only.
+
+    Args:
+        drawing: A figure with its data.
+        stem: Path without an ending.
+        attributes: Global ones of the data, if these are a dataset; None leaves its own.
+    """
     stem = Path(stem)
     stem.parent.mkdir(parents=True, exist_ok=True)
     table = isinstance(drawing.data, pd.DataFrame)
@@ -25,5 +34,6 @@ def save(drawing: Drawing, stem: str | Path) -> list[Path]:
     if table:
         drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
     else:
-        datasets.write(drawing.data, paths[2])
+        own = drawing.data.attrs if attributes is None else attributes
+        datasets.write(drawing.data.assign_attrs(own), paths[2])
     return paths

@@ -1,6 +1,6 @@
 """How far a study's simulations are: which points are there, and whether holes are too many yet.
 
-A file counts if it was made with the present settings and physics code.
+A file counts if it was made with the present settings and code.
 """
 
 import math
@@ -8,10 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-import yaml
 
-from viscotrain.config.models import Study, geometry_name, parse_study, point_name, simulated
-from viscotrain.jobs.provenance import PHYSICS, digest
+from viscotrain.config import stages
+from viscotrain.config.geometries import simulated
+from viscotrain.config.names import geometry_name, point_name
+from viscotrain.config.settings import Settings
+from viscotrain.config.study import Study
+from viscotrain.jobs.command import announce
+from viscotrain.jobs.digests import digest
+from viscotrain.jobs.provenance import was_made_with
 from viscotrain.table.points import point_error
 from viscotrain.table.triplets import simulated_as
 from viscotrain.words import INACCURATE, SOLVED, has_solution
@@ -19,16 +24,15 @@ from viscotrain.words import INACCURATE, SOLVED, has_solution
 Point = tuple[float, float, float]  # sp, sf, De
 
 
-def made_with(path: Path, digest_attribute: str) -> tuple[Study | None, str]:
-    """Study and digest that a file was made with; none for a file that tells no valid ones."""
+def made_with(path: Path, settings: Settings, code: str) -> bool:
+    """Whether a file is there and was made with these settings and this code."""
     if not path.exists():
-        return None, ""
+        return False
     try:
         with xr.open_dataset(path) as dataset:
-            attributes = dict(dataset.attrs)
-        return parse_study(yaml.safe_load(attributes["study_config"])), attributes[digest_attribute]
-    except (KeyError, OSError, ValueError):  # not netCDF, or of another version
-        return None, ""
+            return was_made_with(dataset.attrs, settings, code)
+    except (OSError, ValueError):  # not netCDF
+        return False
 
 
 def outcomes(study: Study, folder: Path) -> dict[Point, int]:
@@ -38,14 +42,12 @@ def outcomes(study: Study, folder: Path) -> dict[Point, int]:
         study: The config.
         folder: Of its results.
     """
-    transient = study.dns.method == "transient"
-    wanted = study.transient_settings() if transient else study.dns_settings()
-    physics, found = digest(PHYSICS), {}
+    code, found = digest("transient" if study.dns.method == "transient" else "dns"), {}
     for path, points in _files(study, folder).items():
-        made, code = made_with(path, "physics_digest")
-        if code != physics:
-            continue
-        if wanted != (made.transient_settings() if transient else made.dns_settings()):
+        sp, sf, De = points[0]
+        quasi_steady = study.dns.method == "quasi_steady"
+        settings = stages.dns(study, sp, sf) if quasi_steady else stages.transient(study, De)
+        if not made_with(path, settings, code):
             continue
         with xr.open_dataset(path) as result:
             status = dict(
@@ -112,6 +114,11 @@ def line(study: Study, name: str, result: xr.Dataset, folder: Path) -> str:
             "(table.max_holes). The table step will refuse them"
         )
     return text
+
+
+def announce_line(study: Study, name: str, result: xr.Dataset, path: Path):
+    """Print the line about a simulation that was written to `results/<study>/<stage>/...`."""
+    announce(line(study, name, result, path.parent.parent))
 
 
 def _inaccurate(result: xr.Dataset, deborahs: np.ndarray) -> str:

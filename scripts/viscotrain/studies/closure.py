@@ -10,17 +10,25 @@ Two comparisons, both with direct simulations of a short train of N spheres:
   same solver without any table in between.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from viscotrain.config.models import Study
+from viscotrain.config.settings import (
+    ClosureGapSettings,
+    ClosureTrainSettings,
+    FlowSettings,
+    TransientSettings,
+)
 from viscotrain.errors import SolutionError
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import Report, solutions, triplet
 from viscotrain.studies.resolution import with_sizes
+from viscotrain.studies.transient import follow_from_rest, start_up_time
 from viscotrain.table.interpolation import TripletVelocities
 from viscotrain.trains.motion import chain_motion
 from viscotrain.words import CONTACT, LEADING, MIDDLE, TRAILING
@@ -62,6 +70,38 @@ def model_distances(
     return solved.y.T
 
 
+def follow_train(
+    settings: ClosureTrainSettings,
+    velocities: TripletVelocities,
+    deborah: float,
+    *,
+    report: Report,
+    checkpoint: Path,
+    code: str = "",
+) -> xr.Dataset:
+    """A short train from rest, with the distances of the model beside its own.
+
+    At De = 0, where it is cheap, also those at the end with smaller elements and time steps.
+
+    Args:
+        settings: The train, and what its flow depends on.
+        velocities: Of triplets, at the same De.
+        deborah: De in the definition of the study.
+        report: Takes a line of text per step.
+        checkpoint: File (.npz) to continue from.
+        code: Digest of the program, as for `transient.follow_from_rest`.
+    """
+    study, until = settings.flow, settings.duration
+    train = Geometry.train(study.confinement, settings.distances, study.dns.margin)
+    trajectory, _ = follow_from_rest(
+        study, train, deborah, until=until, report=report, checkpoint=checkpoint, code=code
+    )
+    if deborah == 0:
+        finer, _ = follow_from_rest(refined(study), train, deborah, until=until, report=report)
+        trajectory = with_refinement(trajectory, finer)
+    return with_model(trajectory, velocities, start_up_time(study, deborah))
+
+
 def with_model(trajectory: xr.Dataset, velocities: TripletVelocities, start: float) -> xr.Dataset:
     """A direct simulation with the distances of the model beside its own.
 
@@ -88,18 +128,20 @@ def with_model(trajectory: xr.Dataset, velocities: TripletVelocities, start: flo
     )
 
 
-def refined(study: Study) -> Study:
-    """The study with smaller elements, and time steps of a tenth of the error."""
-    dns, steps = study.dns, study.dns.transient
-    finer = with_sizes(dns, REFINEMENT) | {
-        "transient": steps.model_copy(
-            update={
-                name: getattr(steps, name) / 10
-                for name in ("common_tolerance", "relative_tolerance", "distance_tolerance")
-            }
-        ),
+def refined(study: TransientSettings) -> TransientSettings:
+    """Settings with smaller elements, and time steps of a tenth of the error."""
+    dns, steps = study.dns, study.transient
+    finer = with_sizes(dns, REFINEMENT)
+    stricter = {
+        name: getattr(steps, name) / 10
+        for name in ("common_tolerance", "relative_tolerance", "distance_tolerance")
     }
-    return study.model_copy(update={"dns": dns.model_copy(update=finer)})
+    return study.model_copy(
+        update={
+            "dns": dns.model_copy(update=finer),
+            "transient": steps.model_copy(update=stricter),
+        }
+    )
 
 
 def with_refinement(trajectory: xr.Dataset, finer: xr.Dataset) -> xr.Dataset:
@@ -117,12 +159,11 @@ def with_refinement(trajectory: xr.Dataset, finer: xr.Dataset) -> xr.Dataset:
     )
 
 
-def error_at_gap(study: Study, gap: float, report: Report) -> pd.DataFrame:
+def error_at_gap(settings: ClosureGapSettings, gap: float, report: Report) -> pd.DataFrame:
     """Velocities of equally spaced spheres, directly and by the closure, at distances held.
 
     Args:
-        study: The config; the number of spheres and the Deborah numbers are those of
-            `verification.closure`.
+        settings: Number of spheres, Deborah numbers, and what the flows depend on.
         gap: Between the surfaces, in d.
         report: Takes a line of text per Deborah number.
 
@@ -132,9 +173,8 @@ def error_at_gap(study: Study, gap: float, report: Report) -> pd.DataFrame:
     Raises:
         SolutionError: A simulation did not converge.
     """
-    settings = study.verification.closure
-    s = CONTACT + gap
-    train = Geometry.train(study.confinement, [s] * len(settings.distances), study.dns.margin)
+    study, s = settings.flow, CONTACT + gap
+    train = Geometry.train(study.confinement, [s] * (settings.spheres - 1), study.dns.margin)
     three = triplet(study, s, s)
     rows = []
     up_to = max(settings.deborah, default=0.0)
@@ -153,7 +193,7 @@ def error_at_gap(study: Study, gap: float, report: Report) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _velocities(study: Study, geometry: Geometry, up_to: float):
+def _velocities(study: FlowSettings, geometry: Geometry, up_to: float):
     """De and the quasi-steady U of all spheres, ascending, up to a De of the config."""
     for De, solution in solutions(study, geometry, up_to):
         if not solution.solved:

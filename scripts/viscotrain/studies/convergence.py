@@ -21,7 +21,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from viscotrain.config.models import DnsConfig, Study
+from viscotrain.config.models import Resolution
+from viscotrain.config.settings import TransientSettings
 from viscotrain.flow.quasi_steady import LOWEST_ORDER
 from viscotrain.flow.time_stepping import Transient
 from viscotrain.studies.accuracy import RELATIVE
@@ -38,11 +39,13 @@ STEPS = (10, 20, 40, 80)  # per relaxation time
 CONTROLLED = 0.0  # in place of a step size: the default, controlled steps
 
 
-def settings(study: Study, kind: str) -> Iterator[tuple[float, bool, Study]]:
-    """(value, whether it is the default, study) of every setting of one kind, coarse to fine."""
+def settings(
+    study: TransientSettings, kind: str
+) -> Iterator[tuple[float, bool, TransientSettings]]:
+    """(value, whether it is the default, settings) of every setting of one kind, coarse to fine."""
     dns = study.dns
 
-    def changed(**settings) -> Study:
+    def changed(**settings) -> TransientSettings:
         return study.model_copy(update={"dns": dns.model_copy(update=settings)})
 
     if kind == "mesh":
@@ -64,7 +67,7 @@ def settings(study: Study, kind: str) -> Iterator[tuple[float, bool, Study]]:
             yield margin, factor == 1, changed(margin=margin)
 
 
-def _refined(dns: DnsConfig, factor: float) -> dict:
+def _refined(dns: Resolution, factor: float) -> dict:
     """Settings with other sizes at the start and other accuracies."""
     accuracy = factor**ACCURACY_POWER
     return with_sizes(dns, factor) | {
@@ -74,7 +77,9 @@ def _refined(dns: DnsConfig, factor: float) -> dict:
     }
 
 
-def convergence_rows(study: Study, kind: str, sp: float, sf: float, report: Report) -> pd.DataFrame:
+def convergence_rows(
+    study: TransientSettings, kind: str, sp: float, sf: float, report: Report
+) -> pd.DataFrame:
     """Relative velocities of one triplet with all settings of one kind, one row each per De."""
     rows = []
     point = {"sp": sp, "sf": sf}
@@ -95,9 +100,9 @@ def convergence_rows(study: Study, kind: str, sp: float, sf: float, report: Repo
     return pd.DataFrame(rows)
 
 
-def _time_step_rows(study: Study, sp: float, sf: float) -> Iterator[dict]:
+def _time_step_rows(study: TransientSettings, sp: float, sf: float) -> Iterator[dict]:
     """A start-up of one relaxation time at the smallest De above 0."""
-    De = min((value for value in study.deborah.values if value > 0), default=0.0)
+    De = min((value for value in study.deborah if value > 0), default=0.0)
     if De == 0:
         return
     lambda_1 = study.deborah_longest_mode(De)

@@ -1,4 +1,4 @@
-"""The dns stage for one geometry: from a study to what is solved, logged and stored.
+"""The dns stage for one geometry: from settings to what is solved, logged and stored.
 
 A point that does not converge is a result: NaN with a status and the reason, and the points above
 it in De, which continuation cannot reach, are marked as not attempted. A point that is, by the
@@ -17,12 +17,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from viscotrain.config.models import (
-    Study,
-    geometry_name,
-    number_name,
-    simulated_deborahs,
-)
+from viscotrain.config.names import geometry_name, number_name
+from viscotrain.config.settings import FlowSettings
 from viscotrain.errors import FluidError, SolutionError
 from viscotrain.flow import fields, quasi_steady
 from viscotrain.flow.discretisation import Flow
@@ -54,12 +50,12 @@ OWN_ATTRIBUTES = {
 }
 
 
-def triplet(study: Study, sp: float, sf: float) -> Geometry:
+def triplet(study: FlowSettings, sp: float, sf: float) -> Geometry:
     """The triplet in the periodic box that the study asks for."""
     return Geometry.triplet(study.confinement, sp, sf, study.dns.margin)
 
 
-def mesh_options(study: Study) -> MeshOptions:
+def mesh_options(study: FlowSettings) -> MeshOptions:
     """Sizes of the mesh that a simulation starts with."""
     sizes = study.dns
     return MeshOptions(
@@ -70,19 +66,19 @@ def mesh_options(study: Study) -> MeshOptions:
     )
 
 
-def mesh_of(study: Study, geometry: Geometry, sizes: Sizes | None = None) -> ngsolve.Mesh:
+def mesh_of(study: FlowSettings, geometry: Geometry, sizes: Sizes | None = None) -> ngsolve.Mesh:
     """Mesh of one geometry, with the sizes of the config or with others."""
     curves = max(study.dns.velocity_order, quasi_steady.NEWTONIAN_ORDER)
     return make_mesh(geometry, mesh_options(study), curves, sizes)
 
 
-def make_flow(study: Study, geometry: Geometry) -> Flow:
+def make_flow(study: FlowSettings, geometry: Geometry) -> Flow:
     """Unknowns of one geometry on the mesh that a simulation starts with."""
     mesh = mesh_of(study, geometry)
     return Flow(geometry, mesh, study.dimensionless_fluid, study.dns.velocity_order)
 
 
-def solver_options(study: Study) -> quasi_steady.SolverOptions:
+def solver_options(study: FlowSettings) -> quasi_steady.SolverOptions:
     """The solver's part of the config."""
     return quasi_steady.SolverOptions(
         tolerance=study.dns.tolerance,
@@ -95,9 +91,9 @@ def solver_options(study: Study) -> quasi_steady.SolverOptions:
     )
 
 
-def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iterator:
+def solutions(study: FlowSettings, geometry: Geometry, up_to: float = math.inf) -> Iterator:
     """(De of the config, `Solution`) of one geometry, ascending, up to a De of the config."""
-    wanted = [De for De in study.deborah.values if De <= up_to]
+    wanted = [De for De in study.deborah if De <= up_to]
     found = quasi_steady.solve(
         make_flow(study, geometry),
         [study.deborah_longest_mode(De) for De in wanted],
@@ -108,14 +104,12 @@ def solutions(study: Study, geometry: Geometry, up_to: float = math.inf) -> Iter
 
 
 def solve_geometry(
-    study: Study, sp: float, sf: float, report: Report, vtu_folder: Path | None = None
+    study: FlowSettings, sp: float, sf: float, report: Report, vtu_folder: Path | None = None
 ) -> tuple[xr.Dataset, pd.DataFrame]:
-    """Solve one geometry at the Deborah numbers at which the study needs it.
-
-    These are all, or all but 0 where the mirror image is solved; see `triplets`.
+    """Solve one geometry at all Deborah numbers of the settings.
 
     Args:
-        study: The config.
+        study: What its flows depend on.
         sp: Distance of the middle to the trailing sphere, in d, or infinite.
         sf: Distance of the leading to the middle sphere, in d, or infinite.
         report: Takes a line of text per Deborah number.
@@ -124,11 +118,10 @@ def solve_geometry(
     Returns:
         Dataset (deborah, particle) and table of CPU seconds per Deborah number.
     """
-    wanted = study.at(simulated_deborahs(study, sp, sf))
-    result = _empty(wanted, sp, sf)
-    result.attrs = {"title": f"triplet {geometry_name(sp, sf)} of study {study.study}"}
+    result = _empty(study, sp, sf)
+    result.attrs = {"title": f"triplet {geometry_name(sp, sf)}"}
     seconds, last = [], None
-    for De, solution in solutions(wanted, triplet(study, sp, sf)):
+    for De, solution in solutions(study, triplet(study, sp, sf)):
         reason = explanation(study, De, solution, last)
         report(_line(De, solution, reason))
         _insert(result, De, solution, reason)
@@ -142,7 +135,7 @@ def solve_geometry(
     return result, timing
 
 
-def field(study: Study, sp: float, sf: float, deborah: float, report: Report) -> xr.Dataset:
+def field(study: FlowSettings, sp: float, sf: float, deborah: float, report: Report) -> xr.Dataset:
     """Mesh, velocity, pressure and stress at one point of the table; see `fields.sample`.
 
     Raises:
@@ -158,17 +151,17 @@ def field(study: Study, sp: float, sf: float, deborah: float, report: Report) ->
         {"sp": sp, "sf": sf, "deborah": deborah, "confinement": study.confinement}
     )
     sampled["length"] = solution.flow.geometry.length
-    title = f"fields of study {study.study} at De = {deborah:g}, {geometry_name(sp, sf)}"
+    title = f"fields at De = {deborah:g}, {geometry_name(sp, sf)}"
     return sampled.assign_attrs(title=title)
 
 
 def explanation(
-    study: Study, De: float, solution: quasi_steady.Solution, last: float | None = None
+    study: FlowSettings, De: float, solution: quasi_steady.Solution, last: float | None = None
 ) -> str:
     """Why there is no solution and what might help, or why it is not accurate; else empty.
 
     Args:
-        study: The config.
+        study: What its flows depend on.
         De: Deborah number of the solution, in the definition of the study.
         solution: What was found there.
         last: The Deborah number solved before; None if there is none.
@@ -216,11 +209,10 @@ def _line(De: float, solution: quasi_steady.Solution, reason: str) -> str:
     return f"{text}, {solution.seconds:.1f} CPU s"
 
 
-def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
-    De = np.array(study.deborah.values, dtype=float)
+def _empty(study: FlowSettings, sp: float, sf: float) -> xr.Dataset:
+    De = np.array(study.deborah, dtype=float)
     n, blank = De.size, np.full(De.size, np.nan)
     pipes = [undisturbed(study, value) for value in De]
-    scales = [study.scales(value) for value in De]
     none = np.zeros(n, dtype=np.int32)
     result = xr.Dataset(
         {
@@ -250,10 +242,13 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
             "deborah": De,
             "particle": list(PARTICLES),
             "pair": list(PAIRS),
-            "deborah_longest_mode": ("deborah", [s.deborah_longest_mode for s in scales]),
+            "deborah_longest_mode": (
+                "deborah",
+                [study.deborah_longest_mode(value) for value in De],
+            ),
             "deborah_mean_relaxation_time": (
                 "deborah",
-                [s.deborah_mean_relaxation_time for s in scales],
+                [study.deborah_mean_relaxation_time(value) for value in De],
             ),
         },
     )
@@ -262,7 +257,7 @@ def _empty(study: Study, sp: float, sf: float) -> xr.Dataset:
     return result
 
 
-def undisturbed(study: Study, De: float) -> PipeFlow:
+def undisturbed(study: FlowSettings, De: float) -> PipeFlow:
     """Flow without spheres; NaN where a steady profile is not unique."""
     try:
         return pipe_flow(study.dimensionless_fluid, study.deborah_longest_mode(De))

@@ -1,12 +1,6 @@
-"""How far the simulation reaches: a designed sample of fluids and geometries, solved by default.
+"""How far the simulation reaches: the points of a designed `sample`, solved by default.
 
-Design. A Latin hypercube of `MAIN_POINTS` over everything that a config may ask for (ranges below),
-and one of `CORNER_POINTS` over fluids close to those of Boger, where stress grows without a bound
-or little solvent smooths it: mobilities up to 0.05, or a solvent share up to 0.05. Every coordinate
-has one point in each of its equal strata; those of modes or distances that a point does not have
-are not used. Point n is the same whichever points are solved.
-
-Runs. The `default` run of a point has the settings of `config.DnsConfig`. Its `reference` has a
+The `default` run of a point has the settings of `config.DnsConfig`. Its `reference` has a
 higher order, another, finer mesh to start with, a tenth of the errors and up to twice the unknowns;
 the difference of both is taken as the error of the default. It does not contain that of the length
 of the box, which both share.
@@ -24,38 +18,14 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from viscotrain.config.models import DnsConfig
 from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.process import use_one_core
-from viscotrain.fluid.parameters import DimensionlessFluid, Mode
-from viscotrain.jobs import provenance
+from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.studies import dns as simulation
+from viscotrain.studies.sample import CORNER, CORNER_POINTS, MAIN, MAIN_POINTS, SEED, Point
 from viscotrain.words import PARTICLES
-
-SEED = 20240
-MAIN_POINTS, CORNER_POINTS = 60, 12
-MAIN, CORNER = "main", "corner"
-MOST_MODES, SPHERES = 4, 3
-MOBILITY = (0.05, 0.49)
-SOLVENT = (0.05, 0.9)  # eta_s/eta_0
-CONFINEMENT = (0.1, 0.5)  # d/D
-GAP = (0.05, 5.0)  # between surfaces, in d
-DEBORAH = (0.3, 40.0)  # of the longest mode, but for the points at 0
-NEWTONIAN_SHARE = 0.05  # of the main points, at De = 0
-TIME_RATIO = (0.01, 1.0)  # of the further modes to the longest
-WEAK_MOBILITY = (0.0, 0.05)  # in one half of the corner
-OLDROYD_SHARE = 0.2  # of that half, with mobilities that are exactly 0
-LITTLE_SOLVENT = (0.01, 0.05)  # in the other half
-CORNER_DEBORAH = (0.3, 5.0)
-COORDINATES = (
-    *("modes", "spheres", "gap_behind", "gap_ahead", "confinement", "solvent", "deborah"),
-    *(f"mobility{k}" for k in range(1, MOST_MODES + 1)),
-    *(f"share{k}" for k in range(1, MOST_MODES + 1)),
-    *(f"time{k}" for k in range(2, MOST_MODES + 1)),
-)
 
 DEFAULT, REFERENCE = "default", "reference"
 REFERENCE_ACCURACY = 0.1  # over that of the default
@@ -65,95 +35,6 @@ HIGHEST_ORDER = 6  # that a config may start with
 FLOOR = 1e-7  # Ubar: tolerance of the iteration, below which errors are not told apart
 FACTOR = 20.0  # within which an estimate should be of the error
 PAIRS = ("middle_minus_trailing", "leading_minus_middle")
-
-# --------------------------------------------------------------------------------------- design
-
-
-@dataclass(frozen=True)
-class Point:
-    """One point of the sample; distances in d, infinite without a neighbour."""
-
-    index: int
-    part: str
-    fluid: DimensionlessFluid
-    confinement: float
-    sp: float
-    sf: float
-    deborah: float
-
-
-def design(seed: int = SEED) -> list[Point]:
-    """The main sample, then the corner."""
-    main, corner = coordinates(seed)
-    points = [_main_point(n, dict(zip(COORDINATES, u, strict=True))) for n, u in enumerate(main)]
-    for n, u in enumerate(corner):
-        points.append(_corner_point(n, dict(zip(COORDINATES, u, strict=True))))
-    return points
-
-
-def coordinates(seed: int) -> tuple[NDArray, NDArray]:
-    """Latin hypercubes (points, `COORDINATES`) in [0, 1) of the main sample and of the corner."""
-    children = np.random.SeedSequence(seed).spawn(2)
-    main, corner = (
-        qmc.LatinHypercube(len(COORDINATES), seed=np.random.default_rng(child)).random(count)
-        for child, count in zip(children, (MAIN_POINTS, CORNER_POINTS), strict=True)
-    )
-    return main, corner
-
-
-def _main_point(index: int, u: dict[str, float]) -> Point:
-    above = (u["deborah"] - NEWTONIAN_SHARE) / (1 - NEWTONIAN_SHARE)
-    fluid = _fluid(u, MOBILITY, _logarithmic(u["solvent"], SOLVENT))
-    return _point(index, MAIN, u, fluid, _logarithmic(above, DEBORAH) if above >= 0 else 0.0)
-
-
-def _corner_point(number: int, u: dict[str, float]) -> Point:
-    """One half has weak mobilities, the other one little solvent."""
-    if number % 2 == 0:
-        oldroyd = number < OLDROYD_SHARE * CORNER_POINTS
-        mobility = (0.0, 0.0) if oldroyd else WEAK_MOBILITY
-        fluid = _fluid(u, mobility, _logarithmic(u["solvent"], SOLVENT))
-    else:
-        fluid = _fluid(u, MOBILITY, _logarithmic(u["solvent"], LITTLE_SOLVENT))
-    De = _logarithmic(u["deborah"], CORNER_DEBORAH)
-    return _point(MAIN_POINTS + number, CORNER, u, fluid, De)
-
-
-def _fluid(u: dict[str, float], mobility: tuple[float, float], solvent: float):
-    """Shares of the modes that are uniform among all that add up to one; the longest is first."""
-    count = 1 + int(MOST_MODES * u["modes"])
-    weights = np.array([-math.log1p(-u[f"share{k}"]) for k in range(1, count + 1)])
-    ratios = [1.0, *(_logarithmic(u[f"time{k}"], TIME_RATIO) for k in range(2, count + 1))]
-    modes = [
-        Mode(float((1 - solvent) * share), ratio, _linear(u[f"mobility{k}"], mobility))
-        for k, (share, ratio) in enumerate(zip(weights / weights.sum(), ratios, strict=True), 1)
-    ]
-    return DimensionlessFluid.from_physical(solvent, modes)
-
-
-def _point(index: int, part: str, u: dict[str, float], fluid, De: float) -> Point:
-    count = 1 + int(SPHERES * u["spheres"])
-    behind, ahead = (1 + _logarithmic(u[name], GAP) for name in ("gap_behind", "gap_ahead"))
-    return Point(
-        index=index,
-        part=part,
-        fluid=fluid,
-        confinement=_linear(u["confinement"], CONFINEMENT),
-        sp=behind if count > 2 else math.inf,
-        sf=ahead if count > 1 else math.inf,
-        deborah=De,
-    )
-
-
-def _linear(u: float, limits: tuple[float, float]) -> float:
-    low, high = limits
-    return float(low + (high - low) * u)
-
-
-def _logarithmic(u: float, limits: tuple[float, float]) -> float:
-    low, high = limits
-    return float(low * (high / low) ** u)
-
 
 # ------------------------------------------------------------------------------------- solution
 
@@ -253,7 +134,6 @@ def _parameters(point: Point, run: str) -> dict:
         "sp": point.sp,
         "sf": point.sf,
         "deborah": point.deborah,
-        "physics_digest": provenance.digest(provenance.PHYSICS),
     }
 
 
@@ -373,8 +253,13 @@ def _share(flags: pd.Series) -> float:
     return float(flags.astype(float).mean()) if len(flags) else math.nan
 
 
-def report(table: pd.DataFrame) -> str:
-    """The summary in words, with a line for every point that is not as it should be."""
+def report(table: pd.DataFrame, code: str) -> str:
+    """The summary in words, with a line for every point that is not as it should be.
+
+    Args:
+        table: Results.
+        code: Digest of the present solver.
+    """
     found = summarised(table)
     lines = []
     for part, total in ((MAIN, MAIN_POINTS), (CORNER, CORNER_POINTS)):
@@ -397,9 +282,6 @@ def report(table: pd.DataFrame) -> str:
         )
     seconds = runs["cpu_seconds"]
     lines.append(f"cost: median {seconds.median():.0f}, maximum {seconds.max():.0f} CPU s")
-    if (
-        runs["physics_digest"].nunique() > 1
-        or not (runs["physics_digest"] == provenance.digest(provenance.PHYSICS)).all()
-    ):
+    if not (runs["physics_digest"] == code).all():
         lines.append("note: some rows are of another version of the solver")
     return "\n".join(lines)

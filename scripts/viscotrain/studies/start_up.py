@@ -10,7 +10,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from viscotrain.config.models import Study
+from viscotrain.config.settings import FlowSettings
 from viscotrain.errors import SolutionError
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import Report, solutions, triplet
@@ -18,7 +18,7 @@ from viscotrain.studies.dns import Report, solutions, triplet
 CHECK_TIMES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  # after the start, in lambda_1
 
 
-def compare_start_up(study: Study, trajectory: xr.Dataset, report: Report) -> xr.Dataset:
+def compare_start_up(study: FlowSettings, trajectory: xr.Dataset, report: Report) -> xr.Dataset:
     """A transient simulation of a triplet with quasi-steady velocities at the present distances.
 
     Returns:
@@ -30,7 +30,8 @@ def compare_start_up(study: Study, trajectory: xr.Dataset, report: Report) -> xr
     deborah = float(trajectory["deborah"])
     lambda_1 = float(trajectory["deborah_longest_mode"])
     end = float(trajectory["time"][-1]) / lambda_1
-    wanted = [time for time in CHECK_TIMES if time <= end * (1 + 1e-9)]
+    # A start-up that ends before the first of these times is compared at its end.
+    wanted = [time for time in CHECK_TIMES if time <= end * (1 + 1e-9)] or [end]
     instants = [
         int(np.abs(trajectory["time"].values / lambda_1 - time).argmin()) for time in wanted
     ]
@@ -61,14 +62,14 @@ def compare_start_up(study: Study, trajectory: xr.Dataset, report: Report) -> xr
     )
 
 
-def _present(study: Study, now: xr.Dataset) -> Geometry:
+def _present(study: FlowSettings, now: xr.Dataset) -> Geometry:
     """The triplet at one time of its trajectory."""
     distances = iter(now["distance"].values)
     sp, sf = (next(distances) if math.isfinite(now[name]) else math.inf for name in ("sp", "sf"))
     return triplet(study, float(sp), float(sf))
 
 
-def _quasi_steady(study: Study, geometry: Geometry, deborah: float) -> np.ndarray:
+def _quasi_steady(study: FlowSettings, geometry: Geometry, deborah: float) -> np.ndarray:
     for De, solution in solutions(study, geometry, up_to=deborah):
         if not solution.solved:
             raise SolutionError(f"De {De:g}: {solution.convergence.reason}")

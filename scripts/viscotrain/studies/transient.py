@@ -1,4 +1,4 @@
-"""The transient stage: spheres from rest, from a study to what is simulated, logged and stored.
+"""The transient stage: spheres from rest, from settings to what is simulated, logged and stored.
 
 Fluid at rest and free of stress at t = 0. The start-up is over after `dns.transient.duration`
 relaxation times; then the velocities depend on the distances alone, as far as these change little
@@ -13,15 +13,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
-from viscotrain.config.models import Study
+from viscotrain.config.settings import TransientSettings
 from viscotrain.errors import SolutionError
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.geometry import Geometry
 from viscotrain.flow.time_stepping import Instant, TimeOptions, Transient
 from viscotrain.fluid.parameters import NEWTONIAN
-from viscotrain.studies.dns import Report, make_flow, undisturbed
+from viscotrain.studies.dns import Report, make_flow, triplet, undisturbed
 from viscotrain.words import NOT_CONVERGED, SOLVED
 
 ATTRIBUTES = {
@@ -51,9 +52,9 @@ ATTRIBUTES = {
 }
 
 
-def time_options(study: Study, deborah: float) -> TimeOptions:
+def time_options(study: TransientSettings, deborah: float) -> TimeOptions:
     """The time stepper's part of the config, in D/Ubar."""
-    settings = study.dns.transient
+    settings = study.transient
     relaxation_time = study.deborah_longest_mode(deborah)
     return TimeOptions(
         first_step=settings.first_step * (relaxation_time or 1.0),
@@ -66,12 +67,12 @@ def time_options(study: Study, deborah: float) -> TimeOptions:
     )
 
 
-def start_up_time(study: Study, deborah: float) -> float:
+def start_up_time(study: TransientSettings, deborah: float) -> float:
     """When the start-up is over, in D/Ubar."""
-    return study.dns.transient.duration * study.deborah_longest_mode(deborah)
+    return study.transient.duration * study.deborah_longest_mode(deborah)
 
 
-def flow_maker(study: Study, deborah: float) -> Callable[[Geometry], Flow]:
+def flow_maker(study: TransientSettings, deborah: float) -> Callable[[Geometry], Flow]:
     """Meshes and unknowns as for the quasi-steady velocities at the same Deborah number."""
 
     def make(geometry: Geometry) -> Flow:
@@ -81,8 +82,23 @@ def flow_maker(study: Study, deborah: float) -> Callable[[Geometry], Flow]:
     return make
 
 
+def follow_triplet(
+    study: TransientSettings, sp: float, sf: float, deborah: float, **how
+) -> tuple[xr.Dataset, pd.DataFrame]:
+    """The start-up of one triplet (sp, sf), in d; `how` as for `follow_from_rest`.
+
+    Returns:
+        Dataset (time, sphere) with sp and sf, and a row with the CPU seconds.
+    """
+    until = start_up_time(study, deborah)
+    followed, steps = follow_from_rest(study, triplet(study, sp, sf), deborah, until=until, **how)
+    seconds = round(sum(step.seconds for step in steps), 3)
+    row = {"sp": sp, "sf": sf, "deborah": deborah, "steps": len(steps), "cpu_seconds": seconds}
+    return followed.assign({"sp": sp, "sf": sf}), pd.DataFrame([row])
+
+
 def follow_from_rest(
-    study: Study,
+    study: TransientSettings,
     geometry: Geometry,
     deborah: float,
     *,
@@ -94,7 +110,7 @@ def follow_from_rest(
     """Follow spheres from rest.
 
     Args:
-        study: The config.
+        study: What it depends on.
         geometry: The initial one.
         deborah: De in the definition of the study.
         until: Time to simulate, in D/Ubar.
@@ -126,8 +142,8 @@ def follow_from_rest(
     return _dataset(study, geometry, deborah, simulation.instants, reason), simulation.instants
 
 
-def _signature(study: Study, geometry: Geometry, deborah: float, code: str) -> str:
-    parts = [study.transient_settings(), repr(geometry), deborah, code]
+def _signature(study: TransientSettings, geometry: Geometry, deborah: float, code: str) -> str:
+    parts = [repr(study.stated()), repr(geometry), deborah, code]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
 
@@ -146,7 +162,6 @@ def _line(instant: Instant, geometry: Geometry) -> str:
 def _dataset(study, geometry, deborah, instants: Sequence[Instant], reason: str) -> xr.Dataset:
     shape = len(instants), len(geometry.spheres)
     position = np.array([instant.positions for instant in instants]).reshape(shape)
-    scales = study.scales(deborah)
     velocity = np.array([instant.velocities for instant in instants]).reshape(shape)
     dataset = xr.Dataset(
         {
@@ -159,8 +174,8 @@ def _dataset(study, geometry, deborah, instants: Sequence[Instant], reason: str)
             "status": ((), np.int8(NOT_CONVERGED if reason else SOLVED)),
             "reason": ((), reason),
             "deborah": ((), deborah),
-            "deborah_longest_mode": ((), scales.deborah_longest_mode),
-            "deborah_mean_relaxation_time": ((), scales.deborah_mean_relaxation_time),
+            "deborah_longest_mode": ((), study.deborah_longest_mode(deborah)),
+            "deborah_mean_relaxation_time": ((), study.deborah_mean_relaxation_time(deborah)),
             "centreline_velocity": ((), undisturbed(study, deborah).centreline_velocity),
             "confinement": ((), geometry.confinement),
         },
@@ -169,7 +184,7 @@ def _dataset(study, geometry, deborah, instants: Sequence[Instant], reason: str)
             "sphere": list(geometry.spheres),
             "gap": np.arange(1, max(shape[1], 1)),
         },
-        attrs={"title": f"{shape[1]} spheres from rest at De = {deborah:g}, study {study.study}"},
+        attrs={"title": f"{shape[1]} spheres from rest at De = {deborah:g}"},
     )
     for name, variable in dataset.variables.items():
         variable.attrs.update(ATTRIBUTES.get(name, {}))

@@ -1,11 +1,12 @@
 """Check of the table: its interpolation error, at geometries between the nodes."""
 
+import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 import xarray as xr
 
-from viscotrain.table.assembly import spread, triplet_of
+from viscotrain.table.assembly import combine, spread, triplet_of
 from viscotrain.table.attributes import PRESENT, described
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.points import holes
@@ -13,6 +14,33 @@ from viscotrain.words import (
     PARTICLES,
     has_solution,
 )
+
+
+def combine_and_check(
+    results: Sequence[xr.Dataset],
+    *,
+    sp: Sequence[float],
+    sf: Sequence[float],
+    deborah: Sequence[float],
+    max_holes: int = 0,
+) -> xr.Dataset:
+    """Combine the results of the grid's geometries; those off the grid check the interpolation.
+
+    Args:
+        results: One dataset per geometry, as for `combine`.
+        sp: Distances of the grid in d.
+        sf: The same on the other axis.
+        deborah: Deborah numbers of the grid.
+        max_holes: Points that may be without a solution.
+
+    Raises:
+        TableError: As `combine` does.
+    """
+    nodes = set(itertools.product(sp, sf))
+    on_grid = [result for result in results if triplet_of(result) in nodes]
+    between = [result for result in results if triplet_of(result) not in nodes]
+    table = combine(on_grid, sp=sp, sf=sf, deborah=deborah, max_holes=max_holes)
+    return check_errors(table, between) if between else table
 
 
 def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset:

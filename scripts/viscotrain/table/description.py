@@ -138,6 +138,6 @@ def largest_check_error(table: xr.Dataset) -> str:
 
 def _source_lines(table) -> Iterator[str]:
     yield "Provenance"
-    for name in ("source", "software_versions", "git_commit", "physics_digest"):
+    for name in ("source", "software_versions", "git_commit", "simulations_digest"):
         if name in table.attrs:
             yield f"  {name}: {table.attrs[name]}"

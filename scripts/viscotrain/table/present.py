@@ -45,6 +45,11 @@ def after_start_up(trajectory: xr.Dataset) -> xr.Dataset:
     ).assign_coords({name: ("deborah", [float(end[name])]) for name in DEBORAH_COORDINATES})
 
 
+def at_end(result: xr.Dataset) -> xr.Dataset:
+    """A result of either method, as one for `combine`."""
+    return after_start_up(result) if "time" in result.dims else result
+
+
 def to_nodes(table: xr.Dataset) -> xr.Dataset:
     """Velocities at the nodes, from those at the present distances."""
     table = table.copy(deep=True)

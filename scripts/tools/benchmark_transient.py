@@ -1,6 +1,6 @@
 r"""What a transient point costs against the quasi-steady one and against steps of a fixed size.
 
-    python scripts/benchmark_transient.py                    # sp = 1.5, sf = 2.5, De = 1
+    python scripts/tools/benchmark_transient.py                    # sp = 1.5, sf = 2.5, De = 1
 
 on the same mesh, in CPU seconds of one thread. The error of a step control is that of relative
 velocities one relaxation time after the start, when they change most, against the limit of fixed
@@ -20,14 +20,17 @@ from pathlib import Path
 
 import numpy as np
 
-from viscotrain.config.models import Study, load_study, parse_distance
+from viscotrain.config import stages
+from viscotrain.config.names import parse_distance
+from viscotrain.config.reading import load_study
+from viscotrain.config.settings import TransientSettings
 from viscotrain.flow.process import use_one_core
 from viscotrain.flow.time_stepping import Instant, Transient
 from viscotrain.jobs.command import reporting
 from viscotrain.studies.dns import solutions, triplet
 from viscotrain.studies.transient import flow_maker, start_up_time, time_options
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 ASKED = 75.0  # CPU s of a transient point
 FIXED = (20, 40)  # steps per relaxation time
 
@@ -42,13 +45,11 @@ def relative(instant: Instant) -> np.ndarray:
     return np.diff(instant.velocities)
 
 
-def main(study: Study, sp: float, sf: float, deborah: float):
+def main(study: TransientSettings, sp: float, sf: float, deborah: float):
     """Measure and print."""
     use_one_core()
     lambda_1 = study.deborah_longest_mode(deborah)
-    values = study.deborah.model_copy(update={"values": (deborah,)})
-    alone = study.model_copy(update={"deborah": values})
-    ((_, quasi_steady),) = solutions(alone, triplet(study, sp, sf))
+    ((_, quasi_steady),) = solutions(study, triplet(study, sp, sf))
 
     def march(until: float, steps: int | None = None) -> list[Instant]:
         options = time_options(study, deborah)
@@ -91,4 +92,5 @@ if __name__ == "__main__":
     parser.add_argument("--deborah", type=float, default=1.0)
     given = parser.parse_args()
     with reporting():
-        main(load_study(given.configfile), given.sp, given.sf, given.deborah)
+        study = stages.transient(load_study(given.configfile), given.deborah)
+        main(study, given.sp, given.sf, given.deborah)

@@ -1,6 +1,6 @@
 r"""How far the solver reaches and how true its error estimates are, on a designed sample.
 
-    python scripts/robustness.py --verify --jobs 2
+    python scripts/tools/robustness.py --verify --jobs 2
 
 solves all points that are not in the output yet, appends a row for each, and prints the summary.
 `--points 0:10` takes some of them; `--verify` also solves a finer reference of those that converge.
@@ -19,10 +19,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from viscotrain.studies import robustness
+from viscotrain.jobs.digests import digest
+from viscotrain.studies import robustness, sample
 from viscotrain.studies.robustness import DEFAULT, REFERENCE
 
-OUTPUT = Path(__file__).parents[1] / "tests" / "verification" / "robustness" / "sample.csv"
+OUTPUT = Path(__file__).parents[2] / "tests" / "verification" / "robustness" / "sample.csv"
 
 
 def progress(line: str):
@@ -42,7 +43,7 @@ class Results:
     def table(self) -> pd.DataFrame:
         """All rows of the design, in its order."""
         table = pd.read_csv(self._path)
-        table = table[table["seed"] == robustness.SEED]
+        table = table[table["seed"] == sample.SEED]
         return table.sort_values(["index", "run"], ignore_index=True)
 
     def finished(self) -> dict[tuple[int, str], dict]:
@@ -52,6 +53,7 @@ class Results:
 
     def append(self, row: dict):
         """Write a row and say so."""
+        row = row | {"physics_digest": digest("dns")}
         line = pd.DataFrame([row]).reindex(columns=robustness.COLUMNS)
         with self._lock:
             line.to_csv(self._path, mode="a", header=False, index=False)
@@ -72,7 +74,7 @@ def described(row: dict) -> str:
     return f"{text}, elements {row['meshes']}, {row['cpu_seconds']:.0f} CPU s"
 
 
-def in_own_process(point: robustness.Point, run: str) -> dict | None:
+def in_own_process(point: sample.Point, run: str) -> dict | None:
     """Solve where memory is given back afterwards, and where a crash does no harm."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context) as pool:
@@ -84,7 +86,7 @@ def in_own_process(point: robustness.Point, run: str) -> dict | None:
             return None
 
 
-def complete(point: robustness.Point, verify: bool, finished: dict, results: Results):
+def complete(point: sample.Point, verify: bool, finished: dict, results: Results):
     """Solve what is missing of one point."""
     default = finished.get((point.index, DEFAULT))
     if default is None:
@@ -103,9 +105,9 @@ def main(points: slice, verify: bool, jobs: int, output: Path):
     results = Results(output)
     finished = results.finished()
     with ThreadPoolExecutor(jobs) as pool:
-        chosen = robustness.design()[points]
+        chosen = sample.design()[points]
         list(pool.map(lambda point: complete(point, verify, finished, results), chosen))
-    print(robustness.report(results.table()))
+    print(robustness.report(results.table(), digest("dns")))
 
 
 def _slice(text: str) -> slice:

@@ -1,7 +1,7 @@
 """CPU time of solving, without imports and meshes, against that of another checkout.
 
     git worktree add ../before f6530ea
-    python scripts/benchmark_against.py ../before
+    python scripts/tools/benchmark_against.py ../before
 
 runs each work in turn with the package of either checkout, one process on one thread each, and
 prints both times and their ratio. `--works` names some of the works; `--rounds` repeats all.
@@ -17,7 +17,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 TRIPLETS = (1.1, 1.1), (1.5, 2.5), (4.5, 1.5)
 NONE = float("inf")
 # By name: distances, De to solve, De to count.
@@ -33,7 +33,7 @@ WORKS = (
 
 # Modules that hold what is used here: today's, and that of checkouts before there were rooms.
 PLACES = {
-    "load_study": ("config.models", "config"),
+    "load_study": ("config.reading", "config.models", "config"),
     "use_one_core": ("flow.process", "process"),
     "solutions": ("studies.dns", "simulation"),
     "triplet": ("studies.dns", "simulation"),
@@ -59,6 +59,8 @@ def seconds(name: str) -> float:
     study = load_study(ROOT / "config" / "config.yaml")
     values = study.deborah.model_copy(update={"values": [float(De) for De in deborahs]})
     study = study.model_copy(update={"deborah": values})
+    with contextlib.suppress(ModuleNotFoundError):  # of checkouts before there were settings
+        study = importlib.import_module("viscotrain.config.stages").convergence(study)
     geometry = triplet(study, sp, sf)
     if counted is None:
         return _transient_seconds(study, geometry, deborahs[0])

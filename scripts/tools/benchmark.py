@@ -1,11 +1,11 @@
 r"""What the direct numerical simulation costs, on one thread, and where the time goes.
 
-    python scripts/benchmark.py                      # all triplets of the demo, and one sphere
+    python scripts/tools/benchmark.py   # all triplets of the demo, and one sphere
 
 solves triplets of a study, a pair and a sphere, then one sphere up to De = 5 with the error of its
 velocity, and measures start-up. CPU seconds throughout. `estimate_cost.py` reads what this writes:
 
-    python scripts/benchmark.py --configfile config/config.yaml config/paper.yaml \
+    python scripts/tools/benchmark.py --configfile config/config.yaml config/paper.yaml \
         --geometries 3 --output scripts/viscotrain/jobs/measured_costs.csv
 """
 
@@ -28,14 +28,17 @@ from unittest import mock
 import numpy as np
 import pandas as pd
 
-from viscotrain.config.models import Study, geometry_name, load_study
+from viscotrain.config import stages
+from viscotrain.config.names import geometry_name
+from viscotrain.config.reading import load_study
+from viscotrain.config.study import Study
 from viscotrain.flow import discretisation, newton, refinement
 from viscotrain.flow.batches import BatchedForm, VectorFactors
 from viscotrain.flow.process import use_one_core
 from viscotrain.jobs.command import reporting
 from viscotrain.studies import dns
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SPHERE_DEBORAHS = (0.1, 0.5, 1.0, 2.0, 5.0)
 # U/Ubar of one sphere, beta = 0.2, converged by two independent codes to the digits given.
 CONVERGED = {0.5: 1.829855, 1.0: 1.770559, 2.0: 1.695214, 5.0: 1.653117}
@@ -93,7 +96,8 @@ def geometry_costs(study: Study, sp: float, sf: float, watch: Stopwatch) -> Iter
     """A row per Deborah number of one geometry."""
     before = math.nan
     with watch.watching():
-        for _, solution in dns.solutions(study, dns.triplet(study, sp, sf)):
+        flow = stages.flow(study)
+        for _, solution in dns.solutions(flow, dns.triplet(flow, sp, sf)):
             yield {
                 "sp": sp,
                 "sf": sf,
@@ -168,7 +172,7 @@ def start_up() -> float:
 
     before = used()
     command = [sys.executable, "-c", "import viscotrain.studies.dns"]
-    subprocess.run(command, check=True, cwd=Path(__file__).parent)
+    subprocess.run(command, check=True, cwd=ROOT / "scripts")
     return used() - before
 
 

@@ -1,6 +1,6 @@
 """Take the accuracy statement of the README from the verification of a study.
 
-    python scripts/readme_accuracy.py results/demo/verification
+    python scripts/tools/readme_accuracy.py results/demo/verification
 
 keeps the statement and the numbers behind it in `tests/verification/`, and puts the statement into
 README.md between its two markers. Without an argument it puts there what is kept.
@@ -10,7 +10,7 @@ import argparse
 import shutil
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "tests" / "verification"
 BEGIN, END = "<!-- accuracy: begin -->\n", "<!-- accuracy: end -->\n"
 

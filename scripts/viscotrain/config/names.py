@@ -1,0 +1,29 @@
+"""Names of files: numbers, geometries, points and trains, such as sp1.1_sfinf_De5."""
+
+
+def number_name(value: float) -> str:
+    """The shortest text that reads back as `value`, for file names: 5, 1.1, inf.
+
+    Different numbers have different names.
+    """
+    return repr(float(value) + 0.0).removesuffix(".0")
+
+
+def geometry_name(sp: float, sf: float) -> str:
+    """File name of a geometry: sp1.1_sfinf."""
+    return f"sp{number_name(sp)}_sf{number_name(sf)}"
+
+
+def point_name(sp: float, sf: float, deborah: float) -> str:
+    """File name of a geometry at one Deborah number: sp1.1_sfinf_De5."""
+    return f"{geometry_name(sp, sf)}_De{number_name(deborah)}"
+
+
+def train_name(deborah: float, volume_fraction: float) -> str:
+    """File name of a train: De5_phi0.004."""
+    return f"De{number_name(deborah)}_phi{number_name(volume_fraction)}"
+
+
+def parse_distance(name: str) -> float:
+    """The distance in a file name, the inverse of `number_name`."""
+    return float(name)

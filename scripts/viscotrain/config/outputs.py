@@ -1,0 +1,200 @@
+"""What a config may say about what is made of the velocities: trains, pictures, verification."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from viscotrain.config.keys import (
+    DeborahNumber,
+    Distance,
+    FiniteDistance,
+    Gap,
+    ListOf,
+    Section,
+    Station,
+    VolumeFraction,
+    key,
+)
+
+
+class TrainsConfig(Section):
+    """The simulated particle trains: one per (De, volume fraction)."""
+
+    deborah: ListOf[DeborahNumber] = key(
+        "Deborah numbers of the trains",
+        symbol="De",
+        unit="1",
+        min_length=1,
+        rule="each one of deborah.values, none twice",
+    )
+    volume_fraction: ListOf[VolumeFraction] = key(
+        "volume fractions of the injected spheres; the mean spacing (2/3) (d/D)^2/phi "
+        "must exceed contact, 1",
+        symbol="phi",
+        unit="1",
+        min_length=1,
+        rule="none twice",
+    )
+    stations: ListOf[Station] = key(
+        "positions along the channel at which spacings are recorded",
+        symbol="z",
+        unit="D",
+        min_length=1,
+        rule="ascending, none beyond channel.length",
+    )
+    repeats: int = key(
+        "independent trains per (De, volume fraction), for statistics", default=20, ge=1
+    )
+    seed: int = key("seed of the random injection", default=1, ge=0)
+    passages: int = key(
+        "spheres recorded per repeat, after the statistically steady state is reached",
+        default=1000,
+        ge=1,
+    )
+
+
+class GeometryConfig(Section):
+    """A triplet."""
+
+    sp: Distance = key("distance to the trailing sphere", symbol="sp", unit="d")
+    sf: Distance = key("distance to the leading sphere", symbol="sf", unit="d")
+
+
+class PointConfig(GeometryConfig):
+    """A triplet, with these distances at first, at one Deborah number."""
+
+    deborah: Annotated[float, Field(gt=0)] = key("Deborah number", symbol="De", unit="1")
+
+
+class ClosureConfig(Section):
+    """A short train simulated directly, against the train model fed by the table."""
+
+    distances: ListOf[FiniteDistance] = key(
+        "initial distances of successive spheres, trailing first; one less than spheres",
+        symbol="s",
+        unit="d",
+        default=(1.5, 2.2, 1.3, 3.0, 1.8),
+        min_length=3,
+    )
+    deborah: ListOf[DeborahNumber] = key(
+        "Deborah numbers of these trains",
+        symbol="De",
+        unit="1",
+        default=(),
+        rule="each one of deborah.values, none twice",
+    )
+    duration: float = key("time that is simulated", unit="D/Ubar", default=100.0, gt=0)
+    gaps: ListOf[Gap] = key(
+        "gaps between equally spaced spheres at which the model is compared",
+        unit="d",
+        default=(0.3, 0.5, 1.0, 2.0, 4.0),
+        rule="ascending",
+    )
+
+
+class ConvergenceConfig(Section):
+    """Studies of mesh, order, box length and time step."""
+
+    geometries: ListOf[GeometryConfig] = key(
+        "triplets whose relative velocities are computed with other settings, at all De",
+        default=(),
+    )
+
+
+class VerificationConfig(Section):
+    """What `snakemake verification` computes on top of the study."""
+
+    transient: ListOf[PointConfig] = key(
+        "points at which the quasi-steady velocities are compared with those after a start-up",
+        default=(),
+    )
+    closure: ClosureConfig = ClosureConfig()
+    convergence: ConvergenceConfig = ConvergenceConfig()
+
+
+class FieldConfig(Section):
+    """The point of the table whose mesh and stress field are drawn."""
+
+    sp: Distance = key("distance to the trailing sphere, one of table.sp", symbol="sp", unit="d")
+    sf: Distance = key("distance to the leading sphere, one of table.sf", symbol="sf", unit="d")
+    deborah: DeborahNumber = key("Deborah number, one of deborah.values", symbol="De", unit="1")
+
+
+class FiguresConfig(Section):
+    """Choices of the figures."""
+
+    field: FieldConfig | None = key(
+        "point of the table whose mesh and stress field are drawn; "
+        "null = the closest triplet at the largest De up to 5",
+        default=None,
+    )
+
+
+class MoviesConfig(Section):
+    """Movies of the trains, as cameras at `trains.stations` and one that moves along see them."""
+
+    deborah: ListOf[DeborahNumber] | None = key(
+        "Deborah numbers of the movies; null = trains.deborah; [] = no movies",
+        symbol="De",
+        unit="1",
+        rule="each one of trains.deborah, none twice",
+        default=None,
+    )
+    volume_fraction: ListOf[VolumeFraction] | None = key(
+        "volume fractions of the movies; null = trains.volume_fraction",
+        symbol="phi",
+        unit="1",
+        rule="each one of trains.volume_fraction, none twice",
+        default=None,
+    )
+    field_of_view: float | None = key(
+        "length of the channel that a camera sees, at most channel.length; "
+        "null = 10, or the whole of a shorter channel",
+        unit="D",
+        default=None,
+        gt=0,
+    )
+    interval: float = key(
+        "time of the flow between two frames of a camera at a station; spheres move by about "
+        "1.7 D in a unit of it",
+        unit="D/Ubar",
+        default=0.05,
+        gt=0,
+    )
+    frames: int = key("frames of a movie", default=200, ge=2)
+    frame_rate: float = key(
+        "frames per second at which movies are played", unit="1/s", default=25.0, gt=0, le=120
+    )
+    width: int = key(
+        "width of a movie in pixels", default=1280, ge=480, le=3840, multiple_of=2, rule="even"
+    )
+
+
+class DesignMapConfig(Section):
+    """Trains over a range of conditions: spacing law and design map."""
+
+    deborah: ListOf[DeborahNumber] | None = key(
+        "Deborah numbers of the map; null = deborah.values but 0; [] = no map",
+        symbol="De",
+        unit="1",
+        rule="each one of deborah.values, ascending",
+        default=None,
+    )
+    volume_fraction: ListOf[VolumeFraction] | None = key(
+        "volume fractions of the map; null = 0.002, 0.004, 0.006 and 0.01, as far as their mean "
+        "spacing is at least 2 d and the channel holds a train",
+        symbol="phi",
+        unit="1",
+        rule="ascending",
+        default=None,
+    )
+    stations: int = key(
+        "positions at which spacings are recorded, evenly from inlet to outlet", default=41, ge=2
+    )
+    repeats: int = key("independent trains per condition", default=4, ge=1)
+    passages: int = key("spheres recorded per repeat", default=500, ge=2)
+    ordered_variation: float = key(
+        "coefficient of variation of the spacing below which a train counts as ordered",
+        default=0.25,
+        gt=0,
+    )

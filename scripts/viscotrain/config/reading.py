@@ -1,0 +1,157 @@
+"""Reading a config: from a YAML file to a study, or one message that lists every problem."""
+
+import os
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+from viscotrain.config.models import FluidConfig
+from viscotrain.config.problems import Readable, disagreements
+from viscotrain.config.study import Study
+from viscotrain.config.wording import dotted, inlined, order_of_sections, problem_of_key
+from viscotrain.errors import ConfigError
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """JSON schema of the config, from the models."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **Study.model_json_schema(),
+        "title": "viscotrain study",
+        "description": "Config of a viscotrain study.",
+    }
+
+
+def load_study(path: str | Path) -> Study:
+    """Read and check a YAML file.
+
+    Raises:
+        ConfigError: The file or its content is wrong; one message lists every problem.
+    """
+    data, repeated = read_yaml(path)
+    return parse_study(data, source=str(path), known_problems=repeated)
+
+
+def parse_study(data: Any, source: str = "config", known_problems: Sequence[str] = ()) -> Study:
+    """Check a config that has been read already, as Snakemake does.
+
+    Args:
+        data: The mapping of keys to values.
+        source: What the error message calls the config.
+        known_problems: Lines to put before the problems found here, as `read_yaml` returns them.
+
+    Raises:
+        ConfigError: One message lists every problem by key: what was found, what is allowed.
+    """
+    study, problems = None, []
+    try:
+        study = Study.model_validate(data)
+    except ValidationError as error:
+        # The one value error is `Study._agree`, whose checks are repeated here in any case.
+        wrong = [e for e in error.errors(include_url=False) if e["type"] != "value_error"]
+        words = inlined(schema())
+        problems = [problem_of_key(e, words) for e in wrong]
+        problems += disagreements(Readable(data, wrong={e["loc"] for e in wrong}))
+        problems.sort(key=order_of_sections(words))
+    lines = [*known_problems, *map(str, problems)]
+    if study is None or lines:
+        raise ConfigError(source, lines)
+    return study
+
+
+def fitted_fluid_file(study: Study) -> str | None:
+    """Where the workflow puts the fitted fluid; None for a study whose config writes its fluid."""
+    return None if study.fluid.data is None else f"results/{study.study}/fluid_fit/fluid.yaml"
+
+
+def with_fluid(study: Study, fluid: FluidConfig) -> Study:
+    """The same study with another fluid, as one that was fitted.
+
+    Raises:
+        ConfigError: The study cannot be made with this fluid.
+    """
+    return parse_study(
+        study.model_dump() | {"fluid": fluid.model_dump()}, source=f"study {study.study}"
+    )
+
+
+def with_fitted_fluid(study: Study, folder: str | Path = ".") -> Study:
+    """The study as it is computed: with the fluid that the workflow has fitted, if it names data.
+
+    Args:
+        study: Of a config.
+        folder: The one in which the workflow runs, which holds `results/`.
+
+    Raises:
+        ConfigError: The fluid is not fitted yet, or the study cannot be made with it.
+    """
+    file = fitted_fluid_file(study)
+    if file is None:
+        return study
+    if not (Path(folder) / file).exists():
+        raise ConfigError(
+            f"study {study.study}",
+            [f"fluid.data: not fitted yet; make {file} with Snakemake before"],
+        )
+    fluid, _ = read_yaml(Path(folder) / file)
+    return with_fluid(study, FluidConfig.model_validate(fluid["fluid"]))
+
+
+def data_files(study: Study, config_file: str | Path) -> list[str]:
+    """Paths of the measured data of a config file.
+
+    Raises:
+        ConfigError: A file does not exist.
+    """
+    names = study.fluid.data or ()
+    paths = [Path(os.path.relpath(Path(config_file).parent / name)).as_posix() for name in names]
+    missing = [
+        f"fluid.data[{n}]: there is no file {path}; allowed: path relative to the config file"
+        for n, path in enumerate(paths)
+        if not Path(path).is_file()
+    ]
+    if missing:
+        raise ConfigError(str(config_file), missing)
+    return paths
+
+
+def read_yaml(path: str | Path) -> tuple[Any, list[str]]:
+    """Content of a YAML file, and a line of text for every key that stands there twice.
+
+    Raises:
+        ConfigError: There is no such file, or it is not YAML.
+    """
+    try:
+        text = Path(path).read_bytes()
+    except OSError as error:
+        raise ConfigError(str(path), [f"cannot be read: {error.strerror}"]) from error
+    try:
+        return yaml.safe_load(text), list(_repeated_keys(yaml.compose(text, yaml.SafeLoader)))
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        raise ConfigError(str(path), [f"not YAML: {where}{error.problem}"]) from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        reason = " ".join(str(error).split())
+        raise ConfigError(str(path), [f"not YAML: {reason}"]) from error
+
+
+def _repeated_keys(node: yaml.Node | None, path: tuple = ()) -> Iterator[str]:
+    """Keys that occur twice in a mapping; the YAML reader itself keeps the last, silently."""
+    if isinstance(node, yaml.MappingNode):
+        first_line: dict[str, int] = {}
+        for key, value in node.value:
+            name, line = str(key.value), key.start_mark.line + 1
+            if name in first_line:
+                lines = f"lines {first_line[name]} and {line}"
+                yield f"{dotted((*path, name))}: found twice, in {lines}; allowed: once"
+            first_line.setdefault(name, line)
+            yield from _repeated_keys(value, (*path, name))
+    elif isinstance(node, yaml.SequenceNode):
+        for index, item in enumerate(node.value):
+            yield from _repeated_keys(item, (*path, index))

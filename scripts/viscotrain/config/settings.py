@@ -1,0 +1,317 @@
+"""What each stage is given: typed, dimensionless where it simulates, and nothing else.
+
+A job's numbers follow from its settings, its input files and its code. `stages` makes settings from
+a study; the workflow passes them to its jobs, which make them from there again, and datasets hold
+them. A fluid that is to be fitted is not known when the workflow is planned: its place is empty
+until `with_fluid` fills it from the fitted file, which is an input of the job.
+
+Two settings are the same if their texts are, in which numbers have `DIGITS` significant digits. A
+job computes with all digits; but d/D of a device that is scaled up, 30 um/150 um, may differ from
+20 um/100 um in the last bit, and that must not repeat weeks of simulations.
+"""
+
+import math
+from typing import Any, Self
+
+import yaml
+from pydantic import BaseModel, ConfigDict
+
+from viscotrain.config.models import Resolution, TransientConfig
+from viscotrain.errors import FluidError
+from viscotrain.fluid.parameters import DimensionlessFluid, Fluid, Scales
+
+DIGITS = 12  # far below the accuracy of any result, far above what a division rounds off
+
+
+class Stated(dict):
+    """Settings as plain data, all digits kept, whose text has numbers rounded to `DIGITS`.
+
+    Snakemake compares the texts (`repr`) of parameters, and hands them on as they are.
+    """
+
+    def __repr__(self) -> str:
+        return repr(_rounded(dict(self)))
+
+    def text(self) -> str:
+        """The same as YAML, as datasets hold it."""
+        return yaml.safe_dump(
+            _rounded(dict(self)), sort_keys=False, default_flow_style=None, width=99
+        )
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(item) for item in value]
+    return value
+
+
+class Settings(BaseModel):
+    """Settings of a stage: immutable, no unknown names."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def stated(self) -> Stated:
+        """As plain data; `model_validate` makes the same settings of it."""
+        return Stated(self.model_dump())
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid in its place, for settings that have one."""
+        return self
+
+
+class FluidFitSettings(Settings):
+    """The fit of a fluid: number of modes, and solvent viscosity in Pa s, None = to be found."""
+
+    modes: int | None
+    solvent_viscosity: float | None
+
+
+class FlowSettings(Settings):
+    """Flows around spheres that hold their distances.
+
+    Attributes:
+        confinement: d/D.
+        dimensionless_fluid: In eta_0 and lambda_1; None until it is fitted.
+        deborah: Deborah numbers as the study defines them, by which results are named.
+        longest_modes: lambda_1 Ubar/D of each; None if they follow from the fluid, which is to be
+            fitted, as De of the mean relaxation time.
+        dns: Resolution and solution.
+    """
+
+    confinement: float
+    dimensionless_fluid: DimensionlessFluid | None
+    deborah: tuple[float, ...]
+    longest_modes: tuple[float, ...] | None
+    dns: Resolution
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid in its place, and De of its longest mode.
+
+        Raises:
+            FluidError: There is a Deborah number above 0, but no mode.
+        """
+        if not fluid.modes and max(self.deborah) > 0:
+            raise FluidError(
+                f"the fitted fluid has no modes, found De = {max(self.deborah):g}; "
+                "allowed: 0 (deborah.values)"
+            )
+        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
+        longest = self.longest_modes
+        if longest is None:
+            longest = tuple(longest_mode(De, scaled, mean=True) for De in self.deborah)
+        return self.model_copy(update={"dimensionless_fluid": scaled, "longest_modes": longest})
+
+    def at(self, deborahs: tuple[float, ...] | list[float]) -> Self:
+        """The same at some of its Deborah numbers."""
+        update: dict[str, Any] = {"deborah": tuple(deborahs)}
+        if self.longest_modes is not None:
+            update["longest_modes"] = tuple(map(self.deborah_longest_mode, deborahs))
+        return self.model_copy(update=update)
+
+    def deborah_longest_mode(self, deborah: float) -> float:
+        """lambda_1 Ubar/D at a Deborah number of the study."""
+        return self.longest_modes[self.deborah.index(deborah)]
+
+    def deborah_mean_relaxation_time(self, deborah: float) -> float:
+        """lambda_mean Ubar/D at a Deborah number of the study."""
+        longest = self.deborah_longest_mode(deborah)
+        return longest * self.dimensionless_fluid.mean_relaxation_time if longest > 0 else 0.0
+
+
+class FieldSettings(FlowSettings):
+    """The flow around one triplet (sp, sf), in d, at one Deborah number."""
+
+    sp: float
+    sf: float
+
+
+class TransientSettings(FlowSettings):
+    """Spheres that move, from rest."""
+
+    transient: TransientConfig
+
+
+class ClosureTrainSettings(Settings):
+    """A short train: the distances of its spheres at first, in d, for a duration in D/Ubar."""
+
+    flow: TransientSettings
+    distances: tuple[float, ...]
+    duration: float
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid of the flow in its place."""
+        return self.model_copy(update={"flow": self.flow.with_fluid(fluid)})
+
+
+class ClosureGapSettings(Settings):
+    """Equally spaced spheres, so many, at Deborah numbers out of those of the flow."""
+
+    flow: FlowSettings
+    spheres: int
+    deborah: tuple[float, ...]
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid of the flow in its place."""
+        return self.model_copy(update={"flow": self.flow.with_fluid(fluid)})
+
+
+class TableSettings(Settings):
+    """The grid of the table, and how many holes it may have."""
+
+    sp: tuple[float, ...]
+    sf: tuple[float, ...]
+    deborah: tuple[float, ...]
+    max_holes: int
+
+
+class PhysicalSettings(Settings):
+    """What turns dimensionless results into those of a device.
+
+    Attributes:
+        channel_diameter: In m.
+        particle_diameter: In m.
+        mean: Whether De of the study is that of the mean relaxation time.
+        dimensionless_fluid: None until it is fitted, like the other two.
+        zero_shear_viscosity: In Pa s.
+        longest_relaxation_time: In s; NaN without modes.
+    """
+
+    channel_diameter: float
+    particle_diameter: float
+    mean: bool
+    dimensionless_fluid: DimensionlessFluid | None = None
+    zero_shear_viscosity: float | None = None
+    longest_relaxation_time: float | None = None
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With viscosity and times of the fluid in their places."""
+        return self.model_copy(
+            update={
+                "dimensionless_fluid": DimensionlessFluid.from_physical(
+                    fluid.solvent_viscosity, fluid.modes
+                ),
+                "zero_shear_viscosity": fluid.zero_shear_viscosity,
+                "longest_relaxation_time": fluid.longest_relaxation_time,
+            }
+        )
+
+    def scales(self, deborah: float) -> Scales:
+        """Physical factors at a Deborah number of the study."""
+        return Scales.at(
+            longest_mode(deborah, self.dimensionless_fluid, self.mean),
+            self.dimensionless_fluid,
+            zero_shear_viscosity=self.zero_shear_viscosity,
+            longest_relaxation_time=self.longest_relaxation_time,
+            channel_diameter=self.channel_diameter,
+            particle_diameter=self.particle_diameter,
+        )
+
+
+class TrainsSettings(Settings):
+    """Trains in a channel of some length: lengths in D; stations ascending."""
+
+    confinement: float
+    length: float
+    stations: tuple[float, ...]
+    repeats: int
+    passages: int
+    seed: int
+    physical: PhysicalSettings
+
+    def of_train(self) -> dict[str, Any]:
+        """All but the physical factors."""
+        return {name: value for name, value in self if name != "physical"}
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the physical factors of the fluid."""
+        return self.model_copy(update={"physical": self.physical.with_fluid(fluid)})
+
+
+class MoviesSettings(Settings):
+    """What cameras see: lengths in D, times in D/Ubar; width in pixels, frames per second."""
+
+    confinement: float
+    field_of_view: float
+    interval: float
+    frames: int
+    width: int
+    frame_rate: float
+
+
+class DesignMapSettings(Settings):
+    """The design map: when a train counts as ordered, and the fluid for its pressure drop."""
+
+    confinement: float
+    ordered_variation: float
+    dimensionless_fluid: DimensionlessFluid | None
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid in its place."""
+        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
+        return self.model_copy(update={"dimensionless_fluid": scaled})
+
+
+class SchematicSettings(Settings):
+    """What is drawn to scale: distances in d, lengths in D, the channel's diameter in m."""
+
+    confinement: float
+    sp: tuple[float, ...]
+    sf: tuple[float, ...]
+    margin: float
+    volume_fraction: float
+    channel_length: float
+    channel_diameter: float
+
+
+class RheologySettings(Settings):
+    """The fluid whose curves are drawn, and the Deborah numbers at which the study uses it."""
+
+    fluid: Fluid | None
+    deborah: tuple[float, ...]
+    mean: bool
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid in its place."""
+        return self.model_copy(update={"fluid": fluid})
+
+    def shear_rates(self) -> dict[float, float]:
+        """Mean velocity over channel diameter, in 1/s, by De of the study, without De = 0."""
+        if not self.fluid.modes:
+            return {}
+        scaled = DimensionlessFluid.from_physical(self.fluid.solvent_viscosity, self.fluid.modes)
+        return {
+            De: longest_mode(De, scaled, self.mean) / self.fluid.longest_relaxation_time
+            for De in self.deborah
+            if De > 0
+        }
+
+
+class FiguresSettings(Settings):
+    """What figures need besides their data; the last two for those of the study itself."""
+
+    confinement: float
+    schematic: SchematicSettings | None = None
+    rheology: RheologySettings | None = None
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid that is drawn in its place."""
+        if self.rheology is None:
+            return self
+        return self.model_copy(update={"rheology": self.rheology.with_fluid(fluid)})
+
+
+class InteractiveSettings(Settings):
+    """The page for the browser: diameter of the channel in m."""
+
+    channel_diameter: float
+
+
+def longest_mode(deborah: float, fluid: DimensionlessFluid | None, mean: bool) -> float:
+    """lambda_1 Ubar/D for a De of the mean relaxation time, or of the longest one already."""
+    if not mean or fluid is None or not fluid.modes or math.isnan(fluid.mean_relaxation_time):
+        return deborah
+    return deborah / fluid.mean_relaxation_time

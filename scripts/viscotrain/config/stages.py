@@ -1,0 +1,215 @@
+"""From a study to the settings of its stages: the one place where it is said what each depends on.
+
+A fluid that is still to be fitted is left out; see `settings`.
+"""
+
+from functools import lru_cache
+
+from viscotrain.config.geometries import simulated_deborahs
+from viscotrain.config.models import Resolution
+from viscotrain.config.settings import (
+    ClosureGapSettings,
+    ClosureTrainSettings,
+    DesignMapSettings,
+    FieldSettings,
+    FiguresSettings,
+    FlowSettings,
+    FluidFitSettings,
+    InteractiveSettings,
+    MoviesSettings,
+    PhysicalSettings,
+    RheologySettings,
+    SchematicSettings,
+    TableSettings,
+    TrainsSettings,
+    TransientSettings,
+    longest_mode,
+)
+from viscotrain.config.study import Study
+from viscotrain.fluid.parameters import DimensionlessFluid
+
+OF_THE_STUDY = ("schematic", "rheology")  # figures that show the config itself
+
+
+def fluid_fit(study: Study) -> FluidFitSettings:
+    """The fit of the fluid to measured data."""
+    return FluidFitSettings(
+        modes=study.fluid.fit.modes, solvent_viscosity=study.fluid.solvent_viscosity
+    )
+
+
+@lru_cache(maxsize=8)
+def flow(study: Study) -> FlowSettings:
+    """Flows around spheres at all Deborah numbers of the study."""
+    return _flow(study, study.deborah.values)
+
+
+def _flow(study: Study, deborahs: tuple[float, ...]) -> FlowSettings:
+    fluid = _scaled(study)
+    mean = _is_mean(study)
+    unknown = mean and fluid is None
+    resolution = study.dns.model_dump(include=set(Resolution.model_fields))
+    return FlowSettings(
+        confinement=study.confinement,
+        dimensionless_fluid=fluid,
+        deborah=deborahs,
+        longest_modes=None if unknown else [longest_mode(De, fluid, mean) for De in deborahs],
+        dns=Resolution.model_validate(resolution),
+    )
+
+
+def dns(study: Study, sp: float, sf: float) -> FlowSettings:
+    """One geometry, (sp, sf) in d, at the Deborah numbers at which the study needs it.
+
+    These are all, or all but 0 where the mirror image is solved; see `triplets`.
+    """
+    return flow(study).at(simulated_deborahs(study, sp, sf))
+
+
+def field(study: Study) -> FieldSettings:
+    """The point of the table whose fields are drawn."""
+    point = study.field_point()
+    own = flow(study).at([point.deborah])
+    return FieldSettings(**dict(own), sp=point.sp, sf=point.sf)
+
+
+def start_up(study: Study) -> FlowSettings:
+    """Quasi-steady velocities beside a start-up, at its De and those on the way there."""
+    return flow(study)
+
+
+def transient(study: Study, deborah: float) -> TransientSettings:
+    """The start-up at one Deborah number."""
+    own = _flow(study, (deborah,))
+    return TransientSettings(**dict(own), transient=study.dns.transient)
+
+
+def convergence(study: Study) -> TransientSettings:
+    """Other resolutions and time steps, at all Deborah numbers."""
+    return TransientSettings(**dict(flow(study)), transient=study.dns.transient)
+
+
+def closure_train(study: Study, deborah: float) -> ClosureTrainSettings:
+    """A short train that is simulated directly."""
+    closure = study.verification.closure
+    return ClosureTrainSettings(
+        flow=transient(study, deborah), distances=closure.distances, duration=closure.duration
+    )
+
+
+def closure_gap(study: Study) -> ClosureGapSettings:
+    """Equally spaced spheres at the Deborah numbers of the closure, and those on the way there."""
+    closure = study.verification.closure
+    highest = max(closure.deborah, default=0.0)
+    return ClosureGapSettings(
+        flow=flow(study).at([De for De in study.deborah.values if De <= highest]),
+        spheres=len(closure.distances) + 1,
+        deborah=closure.deborah,
+    )
+
+
+def table(study: Study) -> TableSettings:
+    """The table of all velocities."""
+    return TableSettings(
+        sp=study.table.sp,
+        sf=study.table.sf,
+        deborah=study.deborah.values,
+        max_holes=study.table.max_holes,
+    )
+
+
+def physical(study: Study) -> PhysicalSettings:
+    """The physical factors of the study."""
+    own = PhysicalSettings(
+        channel_diameter=study.channel.diameter,
+        particle_diameter=study.particle.diameter,
+        mean=_is_mean(study),
+    )
+    return own if study.fluid.modes is None else own.with_fluid(study.fluid.physical())
+
+
+def trains(study: Study) -> TrainsSettings:
+    """Trains as the section `trains` asks for them."""
+    return TrainsSettings(
+        confinement=study.confinement,
+        length=study.channel.length,
+        stations=study.trains.stations,
+        repeats=study.trains.repeats,
+        passages=study.trains.passages,
+        seed=study.trains.seed,
+        physical=physical(study),
+    )
+
+
+def design_points(study: Study) -> TrainsSettings:
+    """Trains of the design map, recorded evenly from inlet to outlet."""
+    length, intervals = study.channel.length, study.design_map.stations - 1
+    return trains(study).model_copy(
+        update={
+            "stations": tuple(length * n / intervals for n in range(intervals + 1)),
+            "repeats": study.design_map.repeats,
+            "passages": study.design_map.passages,
+        }
+    )
+
+
+def movies(study: Study) -> MoviesSettings:
+    """Movies of trains."""
+    own = study.movies.model_dump(include={"interval", "frames", "width", "frame_rate"})
+    return MoviesSettings(
+        confinement=study.confinement, field_of_view=study.movie_field_of_view(), **own
+    )
+
+
+def design_map(study: Study) -> DesignMapSettings:
+    """The map of all conditions."""
+    return DesignMapSettings(
+        confinement=study.confinement,
+        ordered_variation=study.design_map.ordered_variation,
+        dimensionless_fluid=_scaled(study),
+    )
+
+
+def figures(study: Study, name: str = "") -> FiguresSettings:
+    """Figures that show data; with the `name` of one of the study itself, those."""
+    if name not in OF_THE_STUDY:
+        return FiguresSettings(confinement=study.confinement)
+    return FiguresSettings(
+        confinement=study.confinement, schematic=schematic(study), rheology=rheology(study)
+    )
+
+
+def schematic(study: Study) -> SchematicSettings:
+    """The drawing of triplet and train."""
+    return SchematicSettings(
+        confinement=study.confinement,
+        sp=study.table.sp,
+        sf=study.table.sf,
+        margin=study.dns.margin,
+        volume_fraction=study.trains.volume_fraction[0],
+        channel_length=study.channel.length,
+        channel_diameter=study.channel.diameter,
+    )
+
+
+def rheology(study: Study) -> RheologySettings:
+    """The curves of the fluid."""
+    written = study.fluid.modes is not None
+    return RheologySettings(
+        fluid=study.fluid.physical() if written else None,
+        deborah=study.deborah.values,
+        mean=_is_mean(study),
+    )
+
+
+def interactive(study: Study) -> InteractiveSettings:
+    """The page for the browser."""
+    return InteractiveSettings(channel_diameter=study.channel.diameter)
+
+
+def _scaled(study: Study) -> DimensionlessFluid | None:
+    return None if study.fluid.modes is None else study.dimensionless_fluid
+
+
+def _is_mean(study: Study) -> bool:
+    return study.deborah.definition == "mean_relaxation_time"

@@ -1,0 +1,147 @@
+"""A whole study: all sections of a config, and what follows from them together."""
+
+import itertools
+from collections.abc import Sequence
+from typing import Self
+
+import yaml
+from pydantic import model_validator
+
+from viscotrain.config.keys import Section, key
+from viscotrain.config.models import (
+    ChannelConfig,
+    DeborahConfig,
+    DnsConfig,
+    FluidConfig,
+    ParticleConfig,
+    TableConfig,
+)
+from viscotrain.config.outputs import (
+    DesignMapConfig,
+    FieldConfig,
+    FiguresConfig,
+    MoviesConfig,
+    TrainsConfig,
+    VerificationConfig,
+)
+from viscotrain.config.problems import Readable, disagreements
+from viscotrain.errors import ConfigError
+from viscotrain.fluid.parameters import DimensionlessFluid, mean_spacing
+from viscotrain.words import FEWEST_TRAIN_SPHERES
+
+FIELD_OF_VIEW = 10.0  # of a movie's camera, in D
+MAP_VOLUME_FRACTIONS = (0.002, 0.004, 0.006, 0.01)  # of the design map
+CLOSEST_MAP_SPACING = 2.0  # mean spacing in d, below which injection leaves little to order
+LARGEST_DRAWN_DEBORAH = 5.0  # above, stress strands are too thin to be seen in a figure
+
+
+class Study(Section):
+    """A whole config, valid in itself; `load_study` and `parse_study` make one."""
+
+    study: str = key(
+        "name of the study; results go to `results/<study>/`",
+        pattern="^[A-Za-z0-9][A-Za-z0-9_-]*$",
+        max_length=64,
+        allowed="text of letters, digits, - and _ (a name made of digits in quotes)",
+    )
+    fluid: FluidConfig
+    channel: ChannelConfig
+    particle: ParticleConfig
+    deborah: DeborahConfig
+    table: TableConfig
+    dns: DnsConfig = DnsConfig()
+    trains: TrainsConfig
+    figures: FiguresConfig = FiguresConfig()
+    movies: MoviesConfig = MoviesConfig()
+    design_map: DesignMapConfig = DesignMapConfig()
+    verification: VerificationConfig = VerificationConfig()
+
+    @model_validator(mode="after")
+    def _agree(self) -> Self:
+        problems = disagreements(Readable(self.model_dump()))
+        if problems:
+            raise ConfigError("config", [str(problem) for problem in problems])
+        return self
+
+    @property
+    def confinement(self) -> float:
+        """Sphere diameter over channel diameter, beta = d/D."""
+        return self.particle.diameter / self.channel.diameter
+
+    @property
+    def dimensionless_fluid(self) -> DimensionlessFluid:
+        """The fluid in units of its zero-shear viscosity and longest relaxation time.
+
+        Raises:
+            FluidError: The fluid is not fitted yet.
+        """
+        fluid = self.fluid.physical()
+        return DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
+
+    @property
+    def geometries(self) -> tuple[tuple[float, float], ...]:
+        """The grid of the table: all (sp, sf), sf running fastest."""
+        return tuple(itertools.product(self.table.sp, self.table.sf))
+
+    def at(self, deborahs: Sequence[float]) -> Self:
+        """The same study at some of its Deborah numbers."""
+        section = self.deborah.model_copy(update={"values": tuple(deborahs)})
+        return self.model_copy(update={"deborah": section})
+
+    def deborah_longest_mode(self, deborah: float) -> float:
+        """De of the longest mode, lambda_1 Ubar/D, for a De in the config's definition."""
+        if self.deborah.definition == "longest_mode" or not self.fluid.modes:
+            return deborah
+        return deborah / self.dimensionless_fluid.mean_relaxation_time
+
+    def mean_spacing(self, volume_fraction: float) -> float:
+        """s* of an equally spaced train, in d."""
+        return mean_spacing(self.confinement, volume_fraction)
+
+    def movie_conditions(self) -> tuple[tuple[float, float], ...]:
+        """(De, volume fraction) of the trains that are filmed."""
+        deborah, phi = self.movies.deborah, self.movies.volume_fraction
+        return tuple(
+            itertools.product(
+                self.trains.deborah if deborah is None else deborah,
+                self.trains.volume_fraction if phi is None else phi,
+            )
+        )
+
+    def movie_field_of_view(self) -> float:
+        """Length of a camera's window in D: as configured, else chosen."""
+        chosen = min(FIELD_OF_VIEW, self.channel.length)
+        return chosen if self.movies.field_of_view is None else self.movies.field_of_view
+
+    def map_conditions(self) -> tuple[tuple[float, float], ...]:
+        """(De, volume fraction) of the design map, the volume fraction running fastest."""
+        deborah, phi = self.design_map.deborah, self.design_map.volume_fraction
+        if deborah is None:
+            deborah = [De for De in self.deborah.values if De > 0] or self.deborah.values
+        if phi is None:
+            phi = [phi for phi in MAP_VOLUME_FRACTIONS if self._suits_map(phi)]
+        return tuple(itertools.product(deborah, phi or sorted(self.trains.volume_fraction)))
+
+    def _suits_map(self, volume_fraction: float) -> bool:
+        spacing = self.mean_spacing(volume_fraction)
+        fits = self.channel.length >= FEWEST_TRAIN_SPHERES * spacing * self.confinement
+        return fits and spacing >= CLOSEST_MAP_SPACING
+
+    def field_point(self) -> FieldConfig:
+        """The point of the table whose field is drawn: as configured, else chosen."""
+        if self.figures.field is not None:
+            return self.figures.field
+        moderate = [
+            deborah
+            for deborah in self.deborah.values
+            if self.deborah_longest_mode(deborah) <= LARGEST_DRAWN_DEBORAH
+        ]
+        return FieldConfig(
+            sp=self.table.sp[0],
+            sf=self.table.sf[0],
+            deborah=moderate[-1] if moderate else self.deborah.values[0],
+        )
+
+    def resolved_yaml(self) -> str:
+        """The config with every default written out, as YAML text that loads to the same study."""
+        return yaml.safe_dump(self.model_dump(), sort_keys=False, default_flow_style=None, width=99)

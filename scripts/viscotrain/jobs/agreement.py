@@ -1,0 +1,81 @@
+"""Whether files belong together: parts of one table have the same settings and the same code.
+
+Geometries are simulated at different Deborah numbers, so these may differ; but what a Deborah
+number of the study means, lambda_1 Ubar/D, must be the same in all parts.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import xarray as xr
+import yaml
+
+from viscotrain.errors import TableError
+
+OWN = {"deborah", "longest_modes"}  # settings that every part has for itself
+DE = "De"  # how facts begin that are about one Deborah number
+MOST_FILES = 5  # that a message names
+
+
+def refuse_strangers(parts: Mapping[str, xr.Dataset]) -> dict[str, str]:
+    """Check that all parts agree in fluid, confinement, settings and code.
+
+    Args:
+        parts: Datasets by the names of their files.
+
+    Returns:
+        What they share, as attributes of the table.
+
+    Raises:
+        TableError: Some differ from the others; it names them, and what differs.
+    """
+    facts = {name: dict(_facts(part.attrs)) for name, part in parts.items()}
+    shared = _most_common(facts.values())
+    lines = []
+    for name, own in facts.items():
+        differing = [key for key in own if key in shared and own[key] != shared[key]]
+        differing += sorted({key for key in own.keys() ^ shared.keys() if not key.startswith(DE)})
+        if differing:
+            words = (f"{key} {own.get(key)}, not {shared.get(key)}" for key in differing)
+            lines.append(f"{name}: {'; '.join(words)}")
+    if lines:
+        shown = lines[:MOST_FILES] + (
+            [f"and {len(lines) - MOST_FILES} more"] * (len(lines) > MOST_FILES)
+        )
+        raise TableError(
+            "files of different studies or programs in one table; allowed: one of them. Make these "
+            "again:\n  " + "\n  ".join(shown)
+        )
+    named = {key: value for key, value in shared.items() if not key.startswith(DE)}
+    code = named.pop("code_digest", "")
+    return {
+        "simulations_digest": code,
+        "simulations_settings": "".join(f"{key}: {value}\n" for key, value in named.items()),
+    }
+
+
+def _most_common(facts) -> dict[str, str]:
+    """Of every fact, what most files say."""
+    counts: dict[str, Counter] = {}
+    for own in facts:
+        for key, value in own.items():
+            counts.setdefault(key, Counter())[value] += 1
+    return {key: count.most_common(1)[0][0] for key, count in counts.items()}
+
+
+def _facts(attributes: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What a file says about itself: dotted settings, De by De, and the code."""
+    settings = yaml.safe_load(attributes.get("settings", "")) or {}
+    yield from _flat({key: value for key, value in settings.items() if key not in OWN}, "")
+    for De, longest in zip(*(settings.get(key) or [] for key in sorted(OWN)), strict=True):
+        yield f"{DE} {De:g} with lambda_1 Ubar/D =", f"{longest:g}"
+    yield "code_digest", str(attributes.get("code_digest", ""))
+
+
+def _flat(value: Any, key: str) -> Iterator[tuple[str, str]]:
+    if isinstance(value, dict):
+        for name, inside in value.items():
+            yield from _flat(inside, f"{key}.{name}" if key else name)
+    else:
+        yield key, str(value)

@@ -1,0 +1,295 @@
+"""What a study will cost: geometries, points, trains, what is done already, CPU and wall time.
+
+Model. Meshes are refined at each Deborah number until the solution is accurate, so their sizes are
+not known beforehand. A point costs what points of as many spheres were measured to cost at its De,
+the way from the De before included, interpolated in log(1 + De/De_0). For another polynomial order
+or number of modes this is scaled by (unknowns per element)^`GROWTH`. The measured times are in
+`measured_costs.csv`, which `benchmark.py --output` writes. Where geometries of the study are
+finished, their own times take the place of these. Trains cost per sphere that is injected.
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from viscotrain.config import stages
+from viscotrain.config.geometries import simulated
+from viscotrain.config.names import train_name
+from viscotrain.config.outputs import DesignMapConfig, TrainsConfig
+from viscotrain.config.study import Study
+from viscotrain.flow import continuation, quasi_steady
+from viscotrain.jobs.digests import digest
+from viscotrain.jobs.progress import Point, made_with, outcomes
+from viscotrain.table.triplets import Triplet
+from viscotrain.words import has_solution
+
+MEASURED = Path(__file__).with_name("measured_costs.csv")
+GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
+CONFORMATION = 4  # components per mode
+START_UP = 2.0  # CPU seconds of a job that imports everything
+FIGURE = 1.5  # CPU seconds of a figure
+FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
+TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
+# CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
+# N from 300 to 1500.
+TRAIN = {"a": 5.5e-4, "b": 7.5e-7}
+BUSY_CORE = 0.9  # what a further core adds: memory is shared, and the last jobs leave cores idle
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a study consists of and what is left of it.
+
+    Attributes:
+        flows: Geometries that are simulated, each at its Deborah numbers.
+        outcomes: Status of the points that are there.
+        trains: (De, volume fraction).
+        trains_left: Those not there.
+    """
+
+    flows: dict[Triplet, tuple[float, ...]]
+    outcomes: dict[Point, int]
+    trains: tuple[tuple[float, float], ...]
+    trains_left: tuple[tuple[float, float], ...]
+
+    @property
+    def flows_left(self) -> dict[Triplet, tuple[float, ...]]:
+        """Geometries with the Deborah numbers that are not there."""
+        left = {
+            geometry: tuple(De for De in own if (*geometry, De) not in self.outcomes)
+            for geometry, own in self.flows.items()
+        }
+        return {geometry: own for geometry, own in left.items() if own}
+
+    @property
+    def solved(self) -> int:
+        """Points that are there and have a solution."""
+        return sum(bool(has_solution(status)) for status in self.outcomes.values())
+
+
+# -------------------------------------------------------------------------------- what is there
+
+
+def work_of(study: Study, results: Path) -> Work:
+    """Count results that are there and were made with the present settings and code."""
+    flows, there = simulated(study), outcomes(study, results)
+    trains = tuple(itertools.product(study.trains.deborah, study.trains.volume_fraction))
+    settings, code = stages.trains(study), digest("trains")
+
+    def train_done(train) -> bool:
+        return made_with(results / "trains" / f"{train_name(*train)}.nc", settings, code)
+
+    work = Work(flows, there, trains, tuple(t for t in trains if not train_done(t)))
+    # A table that changes repeats every train.
+    return replace(work, trains_left=trains) if work.flows_left else work
+
+
+# -------------------------------------------------------------------------------- cost of a flow
+
+
+def spheres(sp: float, sf: float) -> int:
+    """Number of spheres of a geometry."""
+    return 1 + math.isfinite(sp) + math.isfinite(sf)
+
+
+def unknowns_per_element(order: int, modes: int) -> float:
+    """On a large mesh: k^2/2 for each variable of order k."""
+    return order**2 + (1 + CONFORMATION * modes) * (order - 1) ** 2 / 2
+
+
+class CostModel:
+    """CPU seconds of a point from measured ones.
+
+    Args:
+        measured: Table with the columns that `benchmark.py` writes.
+    """
+
+    def __init__(self, measured: pd.DataFrame):
+        measured = measured[measured.solved]
+        sizes = [
+            _size(*row)
+            for row in zip(measured.deborah, measured.velocity_order, measured.modes, strict=True)
+        ]
+        self._rows = measured.assign(
+            x=_coordinate(measured.deborah),
+            spheres=[spheres(*row) for row in zip(measured.sp, measured.sf, strict=True)],
+            unit=measured.cpu_seconds / np.array(sizes) ** GROWTH,
+        )
+
+    def seconds(self, deborah: float, count: int, order: int, modes: int) -> float:
+        """CPU seconds of a point, with what the way to it from the De before costs.
+
+        Args:
+            deborah: lambda_1 Ubar/D.
+            count: Number of spheres.
+            order: Polynomial order of the velocity.
+            modes: Of the fluid.
+        """
+        rows = self._rows[(self._rows.deborah == 0) == (deborah == 0)]
+        nearest = min(rows.velocity_order.unique(), key=lambda known: abs(known - order))
+        rows = rows[rows.velocity_order == nearest]
+        known = min(rows.spheres.unique(), key=lambda number: abs(number - count))
+        means = rows[rows.spheres == known].groupby("x")["unit"].mean()
+        unit = np.exp(np.interp(_coordinate(deborah), means.index, np.log(means)))
+        return float(unit * count / known * _size(deborah, order, modes) ** GROWTH)
+
+
+def _coordinate(deborah):
+    """The coordinate of the continuation."""
+    return np.log1p(deborah / continuation.DEBORAH_OF_ELASTICITY)
+
+
+def _size(deborah: float, order: int, modes: int) -> float:
+    """Unknowns per element of what is solved at a Deborah number."""
+    if deborah == 0:
+        return unknowns_per_element(max(order, quasi_steady.NEWTONIAN_ORDER), 0)
+    return unknowns_per_element(order, modes)
+
+
+def own_costs(results: Path, stage: str = "dns") -> pd.DataFrame:
+    """Times of the study's finished geometries, of one stage: deborah, spheres, cpu_seconds."""
+    files = sorted((results / stage / "timing").glob("*.csv"))
+    columns = ["deborah", "spheres", "cpu_seconds"]
+    if not files:
+        return pd.DataFrame(columns=columns)
+    table = pd.concat(map(pd.read_csv, files))
+    numbers = [spheres(*row) for row in zip(table.sp, table.sf, strict=True)]
+    return table.assign(spheres=numbers)[columns]
+
+
+def flow_seconds(
+    study: Study,
+    geometry: Triplet,
+    deborahs: Sequence[float],
+    model: CostModel,
+    own: pd.DataFrame,
+) -> float:
+    """CPU seconds of one geometry at Deborah numbers of the study."""
+    count, modes = spheres(*geometry), len(study.dimensionless_fluid.modes)
+    total = 0.0
+    for De in deborahs:
+        finished = own[own.deborah == De]
+        if finished.empty:
+            order = study.dns.velocity_order
+            seconds = model.seconds(study.deborah_longest_mode(De), count, order, modes)
+            total += seconds * (TRANSIENT if study.dns.method == "transient" else 1.0)
+        else:
+            known = min(finished.spheres.unique(), key=lambda number: abs(number - count))
+            mean = finished.cpu_seconds[finished.spheres == known].mean()
+            total += mean * count / known
+    return total
+
+
+def train_seconds(
+    study: Study, volume_fraction: float, runs: TrainsConfig | DesignMapConfig
+) -> float:
+    """CPU seconds of all repeats of one train of a section of the config."""
+    inside = study.channel.length / (study.mean_spacing(volume_fraction) * study.confinement)
+    injected = inside + runs.passages
+    return runs.repeats * injected * (TRAIN["a"] + TRAIN["b"] * inside)
+
+
+# --------------------------------------------------------------------------------------- report
+
+
+@dataclass(frozen=True)
+class Cost:
+    """CPU seconds of what is left, and of its longest job."""
+
+    flows: float
+    trains: float
+    rest: float
+    longest: float
+
+    @property
+    def together(self) -> float:
+        """CPU seconds."""
+        return self.flows + self.trains + self.rest
+
+    def wall(self, cores: int) -> float:
+        """Seconds on a number of cores; no run is shorter than its longest job."""
+        speed = 1.0 + BUSY_CORE * (cores - 1)
+        return max(self.together / speed, self.longest)
+
+
+def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame) -> Cost:
+    """Cost of the work that is left."""
+    model = CostModel(measured)
+    each = [
+        flow_seconds(study, geometry, deborahs, model, own)
+        for geometry, deborahs in work.flows_left.items()
+    ]
+    mean = float(np.mean(each)) if each else 0.0
+    trains = [train_seconds(study, phi, study.trains) for _, phi in work.trains_left]
+    films = study.movie_conditions()
+    design_map = [train_seconds(study, phi, study.design_map) for _, phi in study.map_conditions()]
+    figures = len(study.deborah.values) + 2 * len(work.trains) + len(films) + 5
+    jobs = len(work.flows_left) + len(trains)
+    frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)
+    # Besides: design points by De and the map of them, figures of study, velocities and trains,
+    # field, table, page and summary.
+    rows = len({De for De, _ in study.map_conditions()})
+    started = jobs + len(films) + rows + len(work.trains) + 7
+    # The flow that is drawn is solved once more, without being one of the table's jobs.
+    rest = START_UP * started + FIGURE * figures + FRAME * frames + sum(design_map) + mean
+    rest = rest if jobs else 0.0
+    return Cost(
+        flows=sum(each),
+        trains=sum(trains),
+        rest=rest,
+        longest=max([*each, *trains], default=0.0),
+    )
+
+
+def basis_of(study: Study, own: pd.DataFrame) -> str:
+    """What the estimate rests on, in words."""
+    own_times = "times of this study's finished geometries"
+    measured = f"times in {MEASURED.name}, of another machine or run"
+    unknown = [f"{De:g}" for De in study.deborah.values if not (own.deborah == De).any()]
+    if not unknown:
+        return own_times
+    if len(unknown) == len(study.deborah.values):
+        return measured
+    return f"{own_times}; at De {', '.join(unknown)} {measured}"
+
+
+def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) -> str:
+    """The whole estimate as text."""
+    work = work_of(study, results)
+    own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
+    cost = cost_of(study, work, own, measured)
+    simulated_points = sum(map(len, work.flows.values()))
+    left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
+    table = len(study.geometries) * len(study.deborah.values)
+    unsolved = len(work.outcomes) - work.solved
+    trains, trains_left = len(work.trains), len(work.trains_left)
+    each = f", {cost.flows / left:.0f} s per geometry" if left else ""
+    lines = [
+        f"study {study.study}: {len(work.flows)} geometries, {simulated_points} points "
+        f"(De x geometry), {trains} trains with {study.trains.repeats} repeats each",
+        f"               these make {table} points of the table, and check it",
+        f"  solved       {work.solved} points of {len(work.flows) - left} geometries"
+        + (f"; {unsolved} without a solution" if unsolved else "")
+        + f"; {trains - trains_left} trains",
+        f"  left         {left} geometries, {points_left} points, {trains_left} trains",
+        f"  simulations  {_duration(cost.flows)} CPU{each}",
+        f"  trains       {_duration(cost.trains)} CPU",
+        f"  the rest     {_duration(cost.rest)} CPU: start of jobs, design map, movies, figures",
+        f"  expected     {cost.together / 3600:.2f} core-hours, "
+        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}",
+    ]
+    if left:
+        lines.append(f"  rests on     {basis_of(study, own)}")
+    return "\n".join(lines)
+
+
+def _duration(seconds: float) -> str:
+    """12 s, 3.4 min or 1.2 h."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.1f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

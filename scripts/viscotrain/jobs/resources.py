@@ -1,0 +1,62 @@
+"""Run time and memory that jobs ask a cluster for, by stage and Deborah number, as measured.
+
+CPU seconds of flows are those of `measured_costs.csv`: of the slowest geometry there, all Deborah
+numbers on the way included. Other fluids, orders and machines cost more, hence `MARGIN`; a job that
+ends for lack of either is tried again with twice as much, where Snakemake is told to (`--retries`).
+This module imports neither numpy nor pandas: the workflow reads it for every job.
+"""
+
+import csv
+import math
+from functools import cache
+from pathlib import Path
+
+MEASURED = Path(__file__).with_name("measured_costs.csv")
+MARGIN = 20.0
+SHORTEST = 5  # minutes
+# How much more than a geometry at held distances: start-ups of all its De, a short train of six
+# spheres for 100 D/Ubar, all settings of a study of convergence.
+TIMES = {"dns": 1.0, "transient": 15.0, "closure_train": 60.0, "convergence": 30.0}
+# Resident memory of a process that solves, two modes: 460 MB with 14,000 unknowns, 570 with 25,000,
+# 2130 with 90,000; half as much again is asked for.
+BASE_MB, PER_UNKNOWN_KB, MORE = 150, 24, 1.5
+OTHER_MB = 1500  # of one that does not
+
+
+@cache
+def _slowest() -> dict[float, tuple[float, int]]:
+    """CPU seconds up to a Deborah number, and unknowns there, of the slowest geometry."""
+    found: dict[float, tuple[float, int]] = {}
+    with MEASURED.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            if not row["deborah_before"]:
+                seconds, unknowns = 0.0, 0
+            seconds += float(row["cpu_seconds"])
+            unknowns = max(unknowns, int(row["unknowns"]))
+            De = float(row["deborah"])
+            before = found.get(De, (0.0, 0))
+            found[De] = max(seconds, before[0]), max(unknowns, before[1])
+    return found
+
+
+def _at(deborah: float) -> tuple[float, int]:
+    """Of the next measured Deborah number, or the largest."""
+    measured = _slowest()
+    return measured[min((De for De in measured if De >= deborah), default=max(measured))]
+
+
+def minutes(stage: str, deborah: float, attempt: int = 1) -> int:
+    """Run time to ask for, of a stage of `TIMES`.
+
+    Args:
+        stage: What is solved.
+        deborah: The largest one that is solved.
+        attempt: How many times it was tried, this time included.
+    """
+    seconds = MARGIN * TIMES[stage] * _at(deborah)[0]
+    return math.ceil(max(SHORTEST, seconds / 60)) * 2 ** (attempt - 1)
+
+
+def megabytes(deborah: float, attempt: int = 1) -> int:
+    """Memory to ask for where a flow is solved."""
+    return round(MORE * (BASE_MB + PER_UNKNOWN_KB * _at(deborah)[1] / 1e3)) * 2 ** (attempt - 1)

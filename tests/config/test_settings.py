@@ -1,0 +1,163 @@
+"""Settings of stages: dimensionless, complete, equal for equal flows, the same again in a job."""
+
+import math
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from viscotrain.config import settings, stages
+from viscotrain.config.reading import load_study, parse_study
+from viscotrain.errors import FluidError
+from viscotrain.fluid.parameters import Fluid
+
+CONFIG = Path(__file__).parents[2] / "config"
+DEMO = load_study(CONFIG / "config.yaml")
+OF_FLOWS = {
+    "dns": lambda study: stages.dns(study, 1.1, 1.5),
+    "field": stages.field,
+    "transient": lambda study: stages.transient(study, 5.0),
+    "start_up": stages.start_up,
+    "closure_train": lambda study: stages.closure_train(study, 5.0),
+    "closure_gap": stages.closure_gap,
+    "convergence": stages.convergence,
+    "table": stages.table,
+}
+OTHERS = {
+    "trains": stages.trains,
+    "design_points": stages.design_points,
+    "design_map": stages.design_map,
+    "movies": stages.movies,
+    "figures": stages.figures,
+    "study_figures": lambda study: stages.figures(study, "rheology"),
+    "interactive": stages.interactive,
+    "fluid_fit": stages.fluid_fit,
+}
+
+
+def changed(**sections):
+    """The demo with other values in some sections, by section."""
+    data = DEMO.model_dump()
+    for section, values in sections.items():
+        data[section] = data[section] | values
+    return parse_study(data)
+
+
+def scaled(length: float, time: float, viscosity: float):
+    """The demo with all lengths, relaxation times and viscosities times a factor each."""
+    modes = [
+        mode.model_dump()
+        | {
+            "viscosity": mode.viscosity * viscosity,
+            "relaxation_time": mode.relaxation_time * time,
+        }
+        for mode in DEMO.fluid.modes
+    ]
+    return changed(
+        channel={"diameter": DEMO.channel.diameter * length},
+        particle={"diameter": DEMO.particle.diameter * length},
+        fluid={"solvent_viscosity": DEMO.fluid.solvent_viscosity * viscosity, "modes": modes},
+    )
+
+
+factors = st.floats(min_value=1e-3, max_value=1e3)
+
+
+@given(factors, factors, factors)
+def test_scaled_studies_have_the_same_settings_of_flows(length, time, viscosity):
+    """Texts are what Snakemake compares and what datasets hold."""
+    study = scaled(length, time, viscosity)
+    for name, make in OF_FLOWS.items():
+        assert repr(make(study).stated()) == repr(make(DEMO).stated()), name
+        assert make(study).stated().text() == make(DEMO).stated().text(), name
+
+
+@pytest.mark.parametrize("name", OF_FLOWS)
+def test_settings_of_flows_hold_nothing_of_a_device(name):
+    text = OF_FLOWS[name](DEMO).stated().text()
+    for word in ("diameter", "solvent_viscosity", "method", "save_fields"):
+        assert word not in text
+
+
+@pytest.mark.parametrize("name", OF_FLOWS | OTHERS)
+def test_a_job_makes_the_same_settings_of_what_it_is_given(name):
+    own = (OF_FLOWS | OTHERS)[name](DEMO)
+    given = own.stated()
+    assert type(own).model_validate(dict(given)) == own  # to the last bit
+    assert isinstance(yaml.safe_load(given.text()), dict)
+
+
+def test_all_digits_are_kept_and_twelve_compared():
+    third = settings.Stated({"a": {"b": (1 / 3, math.inf)}, "c": None})
+    assert repr(third) == "{'a': {'b': [0.333333333333, inf]}, 'c': None}"
+    assert third["a"]["b"][0] == 1 / 3
+    assert repr(settings.Stated({"a": 0.30000000000000004})) == repr(settings.Stated({"a": 0.3}))
+    assert repr(settings.Stated({"a": 0.3000001})) != repr(settings.Stated({"a": 0.3}))
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        {"dns": {"tolerance": 1e-8}},
+        {"dns": {"margin": 2.5}},
+        {"particle": {"diameter": 2.1e-5}},
+        {"fluid": {"solvent_viscosity": 0.06}},
+        {"deborah": {"definition": "mean_relaxation_time"}},
+    ],
+)
+def test_what_decides_a_flow_is_in_its_settings(section):
+    study = changed(**section)
+    for name, make in OF_FLOWS.items():
+        if name != "table":
+            assert repr(make(study).stated()) != repr(make(DEMO).stated()), name
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        {"dns": {"save_fields": True}},
+        {"trains": {"repeats": 3}},
+        {"movies": {"frames": 7}},
+        {"channel": {"length": 900.0}},
+    ],
+)
+def test_what_does_not_is_not(section):
+    study = changed(**section)
+    for name, make in OF_FLOWS.items():
+        assert repr(make(study).stated()) == repr(make(DEMO).stated()), name
+
+
+def test_de_of_flow_and_closure_do_not_collide():
+    other = changed(deborah={"definition": "mean_relaxation_time"})
+    given = stages.closure_gap(other).stated()
+    assert given["flow"]["longest_modes"] != stages.closure_gap(DEMO).flow.longest_modes
+    assert given["deborah"] == DEMO.verification.closure.deborah
+
+
+@pytest.mark.parametrize("definition", ["longest_mode", "mean_relaxation_time"])
+def test_a_fitted_fluid_completes_the_settings(definition):
+    deborah = DEMO.deborah.model_dump() | {"definition": definition}
+    written = parse_study(DEMO.model_dump() | {"deborah": deborah})
+    waiting = parse_study(written.model_dump() | {"fluid": {"data": ["a.csv"]}})
+    for name, make in (OF_FLOWS | OTHERS).items():
+        # Which point is drawn depends on De of the longest mode, as far as it is known.
+        if name not in ("fluid_fit", "field"):
+            given = type(make(written)).model_validate(dict(make(waiting).stated()))
+            assert given.with_fluid(written.fluid.physical()) == make(written), name
+
+
+def test_a_fitted_fluid_without_modes_has_no_deborah_number():
+    with pytest.raises(FluidError, match="has no modes, found De = 5; allowed: 0"):
+        stages.flow(DEMO).with_fluid(Fluid(1.0))
+
+
+def test_both_deborah_numbers_of_a_flow_are_those_of_the_scales():
+    study = changed(deborah={"definition": "mean_relaxation_time"})
+    own, physical = stages.flow(study), stages.physical(study)
+    for De in study.deborah.values:
+        scales = physical.scales(De)
+        assert own.deborah_longest_mode(De) == scales.deborah_longest_mode
+        assert own.deborah_longest_mode(De) == study.deborah_longest_mode(De)
+        assert own.deborah_mean_relaxation_time(De) == scales.deborah_mean_relaxation_time

@@ -1,0 +1,151 @@
+"""One declaration, both ways to run: as a job of Snakemake and from the command line."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from viscotrain.config import stages
+from viscotrain.config.reading import load_study
+from viscotrain.jobs import entry
+from viscotrain.jobs.digests import digest
+
+ROOT = Path(__file__).parents[2]
+TINY = load_study(ROOT / "config" / "tiny.yaml")
+BY_HAND = sorted(path.stem for path in (ROOT / "scripts").glob("*.py"))
+
+
+class Named(dict):
+    """As Snakemake's lists with names."""
+
+    def __getattr__(self, name):
+        return self[name]
+
+
+def of_workflow(tmp_path, **parts):
+    params = {"study": "tiny", "code": "0123", "settings": stages.dns(TINY, 1.5, 1.5).stated()}
+    empty = {name: Named() for name in ("input", "output", "wildcards")}
+    given = {name: Named(values) for name, values in parts.items()}
+    params = Named(params | given.pop("params", {}))
+    log = [str(tmp_path / "job.log")]
+    return SimpleNamespace(**empty | given, params=params, log=log, config=TINY.model_dump())
+
+
+ARGUMENTS = [
+    *entry.DISTANCES,
+    entry.taken("results", "files", many=True),
+    entry.made("result", "file"),
+    entry.made("timing", "file", optional=True),
+]
+
+
+def run_with(found: dict, namespace: dict):
+    """Run a script, as it were, whose names are given, and find what its main was given."""
+    source = "def main(job, sp, sf, results, result, timing):\n    found.update(locals())\n"
+    exec(source, namespace)
+    entry.run(namespace["main"], ARGUMENTS, settings=stages.dns)
+
+
+def test_a_job_gets_wildcards_files_and_settings(tmp_path):
+    found = {}
+    job = of_workflow(
+        tmp_path,
+        wildcards={"sp": "1.5", "sf": "inf"},
+        input={"results": "one.nc"},
+        output={"result": "a/b.nc"},
+    )
+    run_with(found, {"snakemake": job, "__name__": "__main__", "found": found})
+    assert (found["sp"], found["sf"]) == (1.5, float("inf"))
+    assert found["results"] == [Path("one.nc")]
+    assert (found["result"], found["timing"]) == (Path("a/b.nc"), None)
+    own = found["job"]
+    assert own.settings == stages.dns(TINY, 1.5, 1.5)
+    assert (own.study, own.code, own.by_hand) == ("tiny", "0123", False)
+    assert own.attributes("x")["settings"] == own.settings.stated().text()
+    assert own.attributes("x")["title"] == "x of study tiny"
+
+
+def test_the_command_line_gets_the_same(tmp_path, monkeypatch):
+    found = {}
+    script = ROOT / "scripts" / "dns.py"
+    line = ["--configfile", str(ROOT / "config/tiny.yaml"), "--sp", "1.5", "--sf", "1.5"]
+    monkeypatch.setattr(sys, "argv", ["dns.py", *line, "one.nc", "out.nc"])
+    namespace = {"__name__": "__main__", "__file__": str(script), "__doc__": "x", "found": found}
+    run_with(found, namespace)
+    own = found["job"]
+    assert own.settings == stages.dns(TINY, 1.5, 1.5)
+    assert (own.study, own.code, own.by_hand) == ("tiny", digest("dns"), True)
+    assert (found["results"], found["result"]) == ([Path("one.nc")], Path("out.nc"))
+
+
+def test_an_imported_script_does_nothing():
+    found = {}
+    run_with(found, {"__name__": "dns", "found": found})
+    assert found == {}
+
+
+@pytest.mark.parametrize("name", BY_HAND)
+def test_every_script_says_what_it_takes(name):
+    done = subprocess.run(
+        [sys.executable, ROOT / "scripts" / f"{name}.py", *arguments_for_help(name)],
+        env=os.environ | {"PYTHONPATH": str(ROOT / "scripts")},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "usage:" in done.stdout
+    assert f"scripts/{name}.py" in done.stdout or name == "verification"
+
+
+def arguments_for_help(name: str) -> list[str]:
+    return ["convergence", "--help"] if name == "verification" else ["--help"]
+
+
+def by_hand(folder: Path, *arguments: str):
+    """Run a script on the tiny study in a folder."""
+    script, *rest = arguments
+    line = [sys.executable, ROOT / "scripts" / script, *rest]
+    done = subprocess.run(
+        [*line, "--configfile", ROOT / "config" / "tiny.yaml"],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "scripts")},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_transient_and_its_comparison_by_hand(tmp_path):
+    """Options are not mixed up: sp, sf and De of the files are those asked for."""
+    options = ["--sp", "inf", "--sf", "1.5", "--deborah", "0.5"]
+    by_hand(tmp_path, "transient.py", *options, "pair.nc", "pair.csv")
+    pair = xr.load_dataset(tmp_path / "pair.nc")
+    assert [float(pair[name]) for name in ("sp", "sf", "deborah")] == [np.inf, 1.5, 0.5]
+    assert pair["sphere"].values.tolist() == ["middle", "leading"]
+    assert float(pair["time"][-1]) == pytest.approx(TINY.dns.transient.duration * 0.5)
+    assert pair.attrs["settings"] == stages.transient(TINY, 0.5).stated().text()
+    assert pd.read_csv(tmp_path / "pair.csv")["cpu_seconds"].item() > 0
+
+
+@pytest.mark.slow
+def test_verification_by_hand(tmp_path):
+    options = ["--kind", "order", "--sp", "inf", "--sf", "1.5"]
+    by_hand(tmp_path, "verification.py", "convergence", *options, "order.csv")
+    rows = pd.read_csv(tmp_path / "order.csv")
+    assert set(rows["value"]) == {2, 3, 4, 5}
+    assert set(rows["sp"]) == {np.inf} and set(rows["sf"]) == {1.5}
+    by_hand(tmp_path, "closure_gap.py", "--gap", "0.5", "gap.csv")
+    rows = pd.read_csv(tmp_path / "gap.csv")
+    assert set(rows["gap"]) == {0.5} and set(rows["deborah"]) == {1.0}
+    assert rows["number"].tolist() == [1, 2, 3]

@@ -1,0 +1,163 @@
+"""What rules share: the study, paths, names, constraints, settings, resources; none is here."""
+
+import os
+import sys
+
+sys.path.insert(0, f"{workflow.basedir}/scripts")
+
+from snakemake.exceptions import WorkflowError
+
+from viscotrain.config import stages
+from viscotrain.config.geometries import simulated
+from viscotrain.config.names import (
+    geometry_name,
+    number_name,
+    parse_distance,
+    point_name,
+    train_name,
+)
+from viscotrain.config.reading import (
+    data_files,
+    fitted_fluid_file,
+    parse_study,
+    read_yaml,
+)
+from viscotrain.errors import ConfigError
+from viscotrain.jobs import resources
+from viscotrain.jobs.digests import digest
+
+# ------------------------------------------------------------------------------------ the study
+
+try:
+    STUDY = parse_study(
+        config,
+        source=", ".join(map(str, workflow.configfiles)),
+        known_problems=[
+            line for path in workflow.configfiles for line in read_yaml(path)[1]
+        ],
+    )
+    MEASURED = data_files(STUDY, workflow.configfiles[-1])
+except ConfigError as error:
+    raise WorkflowError(str(error)) from None
+
+RESULTS = f"results/{STUDY.study}"
+LOGS = f"{RESULTS}/logs"
+FIGURES = f"{RESULTS}/figures"
+TABLE = f"{RESULTS}/table/velocity_table.nc"
+CHECKS = f"{RESULTS}/verification"
+ENVIRONMENT = "../../envs/viscotrain.yaml"
+# What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.
+FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
+FIT = {"source": f"{RESULTS}/fluid_fit/fit.nc"} if MEASURED else {}
+
+# --------------------------------------------------------------------------------- constraints
+
+
+wildcard_constraints:
+    sp=r"[0-9.e+-]+|inf",
+    sf=r"[0-9.e+-]+|inf",
+    deborah=r"[0-9.e+-]+",
+    volume_fraction=r"[0-9.e+-]+",
+    kind="mesh|order|box|time_step",
+    gap=r"[0-9.e+-]+",
+
+
+# ---------------------------------------------------------------------------------- what there is
+
+if STUDY.dns.method == "transient":
+    SIMULATIONS = [
+        ("transient", point_name(*geometry, De))
+        for geometry, deborahs in simulated(STUDY).items()
+        for De in deborahs
+    ]
+else:
+    SIMULATIONS = [("dns", geometry_name(*geometry)) for geometry in simulated(STUDY)]
+
+TRAINS = [
+    train_name(De, phi)
+    for De in STUDY.trains.deborah
+    for phi in STUDY.trains.volume_fraction
+]
+MOVIES = [train_name(De, phi) for De, phi in STUDY.movie_conditions()]
+MAP = [train_name(De, phi) for De, phi in STUDY.map_conditions()]
+MAP_FRACTIONS = list(dict.fromkeys(phi for _, phi in STUDY.map_conditions()))
+
+RELATIVE_VELOCITIES = {
+    f"relative_velocities_De{number_name(De)}": number_name(De)
+    for De in STUDY.deborah.values
+}
+ALL_FIGURES = [
+    "schematic",
+    "rheology",
+    "pair_velocity",
+    "stress_field",
+    *RELATIVE_VELOCITIES,
+    *[f"{figure}_{train}" for figure in ("spacing", "train") for train in TRAINS],
+    *[f"stations_{train}" for train in MOVIES],
+    *(["spacing_law", "design_map"] if MAP else []),
+]
+
+CHECK = STUDY.verification
+START_UPS = [point_name(point.sp, point.sf, point.deborah) for point in CHECK.transient]
+CLOSURE_DEBORAHS = [number_name(De) for De in CHECK.closure.deborah]
+CLOSURE_GAPS = [number_name(gap) for gap in CHECK.closure.gaps if CLOSURE_DEBORAHS]
+TRIPLETS = [
+    geometry_name(triplet.sp, triplet.sf) for triplet in CHECK.convergence.geometries
+]
+CONVERGENCE = ["mesh", "order", "box", "time_step"] if TRIPLETS else []
+REPORTS = [
+    *(["start_up"] if START_UPS else []),
+    *(["closure"] if CLOSURE_DEBORAHS else []),
+    *CONVERGENCE,
+]
+
+# ------------------------------------------------------------------------ what a job is given
+
+
+def given(script, settings=None):
+    """Parameters of all rules with scripts: what numbers follow from, besides the input."""
+    own = {} if settings is None else {"settings": settings.stated()}
+    return {"study": STUDY.study, "code": digest(script), **own}
+
+
+def dns_settings(wildcards):
+    return stages.dns(
+        STUDY, parse_distance(wildcards.sp), parse_distance(wildcards.sf)
+    ).stated()
+
+
+def transient_settings(wildcards):
+    return stages.transient(STUDY, float(wildcards.deborah)).stated()
+
+
+def closure_train_settings(wildcards):
+    return stages.closure_train(STUDY, float(wildcards.deborah)).stated()
+
+
+# ----------------------------------------------------------------------------------- resources
+
+
+def largest_deborah(wildcards):
+    """In the definition that decides on meshes and costs, as far as it is known."""
+    De = float(wildcards.get("deborah", max(STUDY.deborah.values)))
+    return De if STUDY.fluid.modes is None else STUDY.deborah_longest_mode(De)
+
+
+def solving(stage):
+    """Resources of what solves flows."""
+    return {
+        "mem_mb": lambda wildcards, attempt: resources.megabytes(
+            largest_deborah(wildcards), attempt
+        ),
+        "runtime": lambda wildcards, attempt: resources.minutes(
+            stage, largest_deborah(wildcards), attempt
+        ),
+    }
+
+
+def not_solving(minutes=10):
+    """Resources of what does not."""
+    return {
+        "mem_mb": lambda wildcards, attempt: resources.OTHER_MB * 2 ** (attempt - 1),
+        "runtime": lambda wildcards, attempt: minutes * 2 ** (attempt - 1),
+    }
