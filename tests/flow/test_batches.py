@@ -63,6 +63,7 @@ def test_again_at_another_state_and_deborah_number(flow):
     assert_same(flow.viscoelastic, by_ngsolve(flow), state)
 
 
+@pytest.mark.slow
 def test_transient_form_on_a_deformed_mesh(flow):
     storage = Storage(ngsolve.Parameter(7.0), ngsolve.GridFunction(flow.space))
     storage.history.vec.FV().NumPy()[:] = 0.2

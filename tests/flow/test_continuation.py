@@ -45,12 +45,14 @@ def rows(name):
 # ------------------------------------------------------------------------------ Newtonian fluid
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", rows("newtonian_triplet.csv"))
 def test_newtonian_triplet(row):
     (U,) = velocities(row.sp, row.sf, confinement=row.confinement)
     assert pytest.approx([row.U1, row.U2, row.U3], abs=1e-6) == U
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", rows("newtonian_pair.csv"))
 def test_newtonian_pair_keeps_its_distance(row):
     (U,) = velocities(math.inf, row.spacing, confinement=row.confinement)

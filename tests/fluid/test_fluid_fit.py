@@ -116,6 +116,7 @@ def test_exact_data_give_the_fluid(fluid, tmp_path):
     assert counts == list(range(1 if fluid.modes else 0, len(fluid.modes) + 2))
 
 
+@pytest.mark.slow
 def test_uncertainties_are_those_of_repeated_measurements(tmp_path):
     """Mean of ((found - true)/uncertainty)^2 is 1; a factor two would make it 1/4 or 4.
 
@@ -217,6 +218,7 @@ def test_refuses_a_storage_modulus_without_modes(tmp_path):
         fit(measurements.read(measured(tmp_path)), modes=0)
 
 
+@pytest.mark.slow
 def test_refuses_more_modes_than_the_data_show(tmp_path):
     files = measured(tmp_path, ONE_MODE, noise=NOISE)
     with pytest.raises(DataError) as caught:

@@ -140,6 +140,7 @@ def test_the_law_in_log_conformation_is_at_rest_in_the_steady_state(alpha, rate,
 # --------------------------------------------------------------------------- small oscillation
 
 
+@pytest.mark.slow
 @each_fluid
 @pytest.mark.parametrize("omega", [0.5, 13.0, 200.0])
 def test_moduli_are_the_response_to_a_small_oscillation(fluid, omega):

@@ -265,6 +265,7 @@ def test_more_stations_change_nothing():
     np.testing.assert_array_equal(few.passage_time, many.passage_time[[0, 2, 5]])
 
 
+@pytest.mark.slow
 def test_tolerance_is_small_enough():
     """Spacings at the outlet, demanded to 1e-3 d; the interaction is twenty times the real one."""
     velocities = triplet(law=strong)
@@ -317,6 +318,7 @@ def test_channel_too_short_for_three_spheres():
         simulate(triplet(), length=1.0, stations=[0.0])
 
 
+@pytest.mark.slow
 def test_six_hundred_spheres_in_time():
     """600 spheres over 800 D and 1000 recorded passages: at most 5 s on one core."""
     started = time.process_time()
@@ -432,6 +434,7 @@ def test_statistics_of_known_spacings():
     assert found["mean_spacing_halfwidth"] == 0.0  # two equal repeats
 
 
+@pytest.mark.slow
 def test_distribution_of_what_enters_is_uniform():
     result = run_repeats(
         triplet(law=constant), **CHANNEL | {"repeats": 8, "seed": 3, "passages": 500}
