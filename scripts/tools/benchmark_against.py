@@ -57,7 +57,7 @@ def seconds(name: str) -> float:
     _of_package("use_one_core")()
     sp, sf, deborahs, counted = WORKS[name]
     study = load_study(ROOT / "config" / "config.yaml")
-    values = study.deborah.model_copy(update={"values": [float(De) for De in deborahs]})
+    values = study.deborah.model_copy(update={"values": tuple(float(De) for De in deborahs)})
     study = study.model_copy(update={"deborah": values})
     with contextlib.suppress(ModuleNotFoundError):  # of checkouts before there were settings
         study = importlib.import_module("viscotrain.config.stages").convergence(study)

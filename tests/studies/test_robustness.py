@@ -141,6 +141,8 @@ def test_the_error_that_counts_is_of_relative_velocities():
         pytest.approx(0.3)
     )
     assert robustness.true_error({"velocity_middle": 1.0}, {"velocity_middle": 1.5}) == 0.5
+    read = {"velocity_middle": 1.0, "leading_minus_middle": math.nan}  # from a file
+    assert robustness.true_error(read, {"velocity_middle": 1.5}) == 0.5
 
 
 def test_references_are_finer():

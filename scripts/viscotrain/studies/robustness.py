@@ -180,8 +180,8 @@ def _watched() -> Iterator[list[tuple[float, int]]]:
 
 def true_error(row, reference) -> float:
     """Difference that counts, in Ubar: of relative velocities, of U for a single sphere."""
-    relative = [abs(row[name] - reference[name]) for name in PAIRS if name in row]
-    relative = [value for value in relative if math.isfinite(value)]
+    pairs = [name for name in PAIRS if math.isfinite(row.get(name, math.nan))]
+    relative = [abs(row[name] - reference[name]) for name in pairs]
     return max(relative, default=abs(row["velocity_middle"] - reference["velocity_middle"]))
 
 
