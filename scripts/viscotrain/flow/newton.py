@@ -20,7 +20,7 @@ import ngsolve
 from viscotrain.flow.batches import BatchedForm, VectorFactors
 from viscotrain.flow.factorisation import FactorisationError, NgsolveFactors, factorise
 
-PATIENCE = 6  # updates with an old matrix that are cheaper than a new one
+PATIENCE = 12  # updates with an old matrix that are cheaper than a new one
 SHORTEST_STEP = 1 / 32  # share of an update
 STALL = 4  # factorisations in which the update must have halved
 DIVERGENCE = 1e3  # rms update at which the iteration is given up: unknowns are of order one
