@@ -23,10 +23,11 @@ def check_geometries(study: Study) -> tuple[tuple[float, float], ...]:
     chosen: dict[tuple[float, float], None] = {}
     for k in itertools.count():
         if len(chosen) == wanted:
-            return tuple(chosen)
+            break
         sp = cells_sp[int(k / plastic % 1 * len(cells_sp))]
         sf = cells_sf[int(k / plastic**2 % 1 * len(cells_sf))]
         chosen[sp, sf] = None
+    return tuple(chosen)
 
 
 @lru_cache(maxsize=8)

@@ -7,6 +7,7 @@ generated from what is declared.
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic.config import JsonDict
 
 
 def key(
@@ -20,8 +21,8 @@ def key(
     **limits: Any,
 ) -> Any:
     """Declare a key; `allowed` replaces its range in words, `rule` adds to it."""
-    extra = {"symbol": symbol, "unit": unit, "allowed": allowed, "rule": rule}
-    extra = {name: text for name, text in extra.items() if text is not None}
+    words = {"symbol": symbol, "unit": unit, "allowed": allowed, "rule": rule}
+    extra: JsonDict = {name: text for name, text in words.items() if text is not None}
     return Field(default, description=meaning, json_schema_extra=extra, **limits)
 
 

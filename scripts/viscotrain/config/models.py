@@ -78,6 +78,7 @@ class FluidConfig(Section):
         """
         if self.modes is None:
             raise FluidError("the fluid is not fitted yet; `fluid_fit` and `with_fluid` do it")
+        assert self.solvent_viscosity is not None  # as `problems` demands, or fitted with the modes
         modes = (Mode(**mode.model_dump()) for mode in self.modes)
         return Fluid(self.solvent_viscosity, tuple(modes))
 

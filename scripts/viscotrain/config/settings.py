@@ -88,6 +88,12 @@ class FlowSettings(Settings):
     longest_modes: tuple[float, ...] | None
     dns: Resolution
 
+    @property
+    def known_fluid(self) -> DimensionlessFluid:
+        """The fluid of a job that computes."""
+        assert self.dimensionless_fluid is not None  # a job has it, by `with_fluid` if fitted
+        return self.dimensionless_fluid
+
     def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid in its place, and De of its longest mode.
 
@@ -114,12 +120,13 @@ class FlowSettings(Settings):
 
     def deborah_longest_mode(self, deborah: float) -> float:
         """lambda_1 Ubar/D at a Deborah number of the study."""
+        assert self.longest_modes is not None  # a job has them, by `with_fluid` if fitted
         return self.longest_modes[self.deborah.index(deborah)]
 
     def deborah_mean_relaxation_time(self, deborah: float) -> float:
         """lambda_mean Ubar/D at a Deborah number of the study."""
         longest = self.deborah_longest_mode(deborah)
-        return longest * self.dimensionless_fluid.mean_relaxation_time if longest > 0 else 0.0
+        return longest * self.known_fluid.mean_relaxation_time if longest > 0 else 0.0
 
 
 class FieldSettings(FlowSettings):
@@ -201,6 +208,9 @@ class PhysicalSettings(Settings):
 
     def scales(self, deborah: float) -> Scales:
         """Physical factors at a Deborah number of the study."""
+        assert self.dimensionless_fluid is not None  # a job has all three, by `with_fluid`
+        assert self.zero_shear_viscosity is not None
+        assert self.longest_relaxation_time is not None
         return Scales.at(
             longest_mode(deborah, self.dimensionless_fluid, self.mean),
             self.dimensionless_fluid,
@@ -280,6 +290,7 @@ class RheologySettings(Settings):
 
     def shear_rates(self) -> dict[float, float]:
         """Mean velocity over channel diameter, in 1/s, by De of the study, without De = 0."""
+        assert self.fluid is not None  # a job has it, by `with_fluid` if fitted
         if not self.fluid.modes:
             return {}
         scaled = DimensionlessFluid.from_physical(self.fluid.solvent_viscosity, self.fluid.modes)

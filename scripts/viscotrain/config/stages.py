@@ -48,12 +48,13 @@ def _flow(study: Study, deborahs: tuple[float, ...]) -> FlowSettings:
     fluid = _scaled(study)
     mean = _is_mean(study)
     unknown = mean and fluid is None
+    longest = None if unknown else tuple(longest_mode(De, fluid, mean) for De in deborahs)
     resolution = study.dns.model_dump(include=set(Resolution.model_fields))
     return FlowSettings(
         confinement=study.confinement,
         dimensionless_fluid=fluid,
         deborah=deborahs,
-        longest_modes=None if unknown else [longest_mode(De, fluid, mean) for De in deborahs],
+        longest_modes=longest,
         dns=Resolution.model_validate(resolution),
     )
 

@@ -115,7 +115,8 @@ class Study(Section):
 
     def map_conditions(self) -> tuple[tuple[float, float], ...]:
         """(De, volume fraction) of the design map, the volume fraction running fastest."""
-        deborah, phi = self.design_map.deborah, self.design_map.volume_fraction
+        deborah: Sequence[float] | None = self.design_map.deborah
+        phi: Sequence[float] | None = self.design_map.volume_fraction
         if deborah is None:
             deborah = [De for De in self.deborah.values if De > 0] or self.deborah.values
         if phi is None:

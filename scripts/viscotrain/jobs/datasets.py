@@ -1,6 +1,8 @@
 """Writing datasets and tables: compressed, free of clocks, coordinates without fill values."""
 
+from collections.abc import Hashable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,9 +20,10 @@ def write(dataset: xr.Dataset, path: str | Path) -> None:
     """Write a netCDF file, whose bytes depend on the content only; its folder is made if needed."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    encoding = {}
+    encoding: dict[Hashable, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
-        options = encoding[name] = {}
+        options: dict[str, Any] = {}
+        encoding[name] = options
         if name in dataset.coords:
             options["_FillValue"] = None
         if variable.ndim and np.issubdtype(variable.dtype, np.number):

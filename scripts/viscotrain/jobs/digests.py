@@ -82,7 +82,7 @@ def _code(path: Path) -> str:
 def _parsed(text: str) -> tuple[frozenset[str], str]:
     """What a file of this text imports, and its syntax tree as text, without docstrings."""
     tree = ast.parse(text)
-    names = set()
+    names: set[str] = set()
     for node in ast.walk(tree):
         names.update(_named(node))
         if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):

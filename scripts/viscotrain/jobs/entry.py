@@ -81,7 +81,7 @@ class Argument:
 
     def add_to(self, parser: argparse.ArgumentParser):
         """Declare it for the command line."""
-        name = {"dest": self.name} if self.flag else {}
+        name: dict[str, Any] = {"dest": self.name} if self.flag else {}
         if self.convert is bool:
             parser.add_argument(self.flag, action="store_true", help=self.help, **name)
             return
@@ -116,8 +116,8 @@ def made(name: str, help: str, **more) -> Argument:
 
 def folder_of(path: str | Sequence[str]) -> Path:
     """Conversion of Snakemake's outputs to their folder, and of a folder to itself."""
-    path = Path(path if isinstance(path, str) else path[0])
-    return path.parent if path.suffix else path
+    first = Path(path if isinstance(path, str) else path[0])
+    return first.parent if first.suffix else first
 
 
 def option(name: str, help: str, convert: Callable[[str], Any] = str, **more) -> Argument:
@@ -238,11 +238,16 @@ def _from_command_line(
         if "configfile" in values:
             study = with_fitted_fluid(load_study(values["configfile"]))
         known = values | {"study": study}
+
+        def whole_study() -> Study:
+            assert study is not None  # a script that reads it asks for a config
+            return study
+
         job = Job(
             settings=settings(**{name: known[name] for name in takes}) if settings else None,
             study=study.study if study else "",
             code=digest(script["__file__"]),
             by_hand=True,
-            whole_study=lambda: study,
+            whole_study=whole_study,
         )
         work(job, values)

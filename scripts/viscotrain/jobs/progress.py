@@ -42,7 +42,8 @@ def outcomes(study: Study, folder: Path) -> dict[Point, int]:
         study: The config.
         folder: Of its results.
     """
-    code, found = digest("transient" if study.dns.method == "transient" else "dns"), {}
+    code = digest("transient" if study.dns.method == "transient" else "dns")
+    found: dict[Point, int] = {}
     for path, points in _files(study, folder).items():
         sp, sf, De = points[0]
         quasi_steady = study.dns.method == "quasi_steady"

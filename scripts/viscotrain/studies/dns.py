@@ -75,7 +75,7 @@ def mesh_of(study: FlowSettings, geometry: Geometry, sizes: Sizes | None = None)
 def make_flow(study: FlowSettings, geometry: Geometry) -> Flow:
     """Unknowns of one geometry on the mesh that a simulation starts with."""
     mesh = mesh_of(study, geometry)
-    return Flow(geometry, mesh, study.dimensionless_fluid, study.dns.velocity_order)
+    return Flow(geometry, mesh, study.known_fluid, study.dns.velocity_order)
 
 
 def solver_options(study: FlowSettings) -> quasi_steady.SolverOptions:
@@ -253,14 +253,14 @@ def _empty(study: FlowSettings, sp: float, sf: float) -> xr.Dataset:
         },
     )
     for name, variable in result.variables.items():
-        variable.attrs.update(OWN_ATTRIBUTES.get(name, ATTRIBUTES.get(name, {})))
+        variable.attrs.update(OWN_ATTRIBUTES.get(str(name), ATTRIBUTES.get(str(name), {})))
     return result
 
 
 def undisturbed(study: FlowSettings, De: float) -> PipeFlow:
     """Flow without spheres; NaN where a steady profile is not unique."""
     try:
-        return pipe_flow(study.dimensionless_fluid, study.deborah_longest_mode(De))
+        return pipe_flow(study.known_fluid, study.deborah_longest_mode(De))
     except FluidError:
         return PipeFlow(math.nan, math.nan)
 

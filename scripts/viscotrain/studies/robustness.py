@@ -15,14 +15,15 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
+from unittest import mock
 
 import numpy as np
 import pandas as pd
 
 from viscotrain.config.models import DnsConfig
+from viscotrain.config.settings import FlowSettings
 from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.process import use_one_core
-from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.studies import dns as simulation
 from viscotrain.studies.sample import CORNER, CORNER_POINTS, MAIN, MAIN_POINTS, SEED, Point
 from viscotrain.words import PARTICLES
@@ -37,15 +38,6 @@ FACTOR = 20.0  # within which an estimate should be of the error
 PAIRS = ("middle_minus_trailing", "leading_minus_middle")
 
 # ------------------------------------------------------------------------------------- solution
-
-
-@dataclass(frozen=True)
-class Case:
-    """What `simulation` reads of a study to solve one geometry."""
-
-    dimensionless_fluid: DimensionlessFluid
-    confinement: float
-    dns: DnsConfig
 
 
 def finer(settings: DnsConfig) -> DnsConfig:
@@ -82,7 +74,13 @@ def solve(
     settings = settings or DnsConfig()
     if run == REFERENCE:
         settings = finer(settings)
-    case = Case(point.fluid, point.confinement, settings)
+    case = FlowSettings(
+        confinement=point.confinement,
+        dimensionless_fluid=point.fluid,
+        deborah=(point.deborah,),
+        longest_modes=(point.deborah,),
+        dns=settings,
+    )
     meshes: list[int] = []
     label = run_name(point.part, point.index, run)
 
@@ -165,17 +163,15 @@ def _result(solution: quasi_steady.Solution) -> dict:
 @contextlib.contextmanager
 def _watched() -> Iterator[list[tuple[float, int]]]:
     """(De, order) of all solutions meanwhile: a run that fails does not tell how far it came."""
-    reached, remember = [], continuation.Continuation._remember
+    reached: list[tuple[float, int]] = []
+    remember = continuation.Continuation._remember
 
-    def noted(path, coordinate: float):
+    def noted(path: continuation.Continuation, coordinate: float):
         remember(path, coordinate)
         reached.append((path.deborah, path.flow.velocity_order))
 
-    continuation.Continuation._remember = noted
-    try:
+    with mock.patch.object(continuation.Continuation, "_remember", noted):
         yield reached
-    finally:
-        continuation.Continuation._remember = remember
 
 
 def true_error(row, reference) -> float:

@@ -187,5 +187,5 @@ def _dataset(study, geometry, deborah, instants: Sequence[Instant], reason: str)
         attrs={"title": f"{shape[1]} spheres from rest at De = {deborah:g}"},
     )
     for name, variable in dataset.variables.items():
-        variable.attrs.update(ATTRIBUTES.get(name, {}))
+        variable.attrs.update(ATTRIBUTES.get(str(name), {}))
     return dataset
