@@ -21,6 +21,7 @@ from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.studies.dns import make_flow, solutions, solver_options, triplet
 
 DEMO = harness.study("config")
+FLOW = stages.flow(DEMO)
 
 
 def study(confinement=0.2, deborah=(0.0,), **dns_settings):
@@ -98,7 +99,7 @@ def test_tube_without_spheres_is_the_semi_analytic_flow(resolution, hyaluronic_a
     flow = empty_tube(*sizes[resolution], hyaluronic_acid)
     De = [row.deborah for row in reference]
     for row, solution in zip(
-        reference, quasi_steady.solve(flow, De, solver_options(DEMO)), strict=True
+        reference, quasi_steady.solve(flow, De, solver_options(FLOW)), strict=True
     ):
         assert solution.pressure_gradient == pytest.approx(row.pressure_gradient, rel=1e-4)
         if resolution == "fine":
@@ -152,8 +153,8 @@ def test_oldroyd_b_drag_on_a_sphere_in_a_two_to_one_tube():
 
 
 def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
-    flow = make_flow(DEMO, triplet(DEMO, math.inf, 1.5))
-    (solution,) = quasi_steady.solve(flow, [0.5], solver_options(DEMO))
+    flow = make_flow(FLOW, triplet(FLOW, math.inf, 1.5))
+    (solution,) = quasi_steady.solve(flow, [0.5], solver_options(FLOW))
     assert solution.solved
     raised = flow.variant(hyaluronic_acid, 4)
     before = flow.sphere_velocities(), flow.pressure_gradient()
@@ -166,7 +167,7 @@ def test_embedding_in_higher_order_changes_nothing(hyaluronic_acid):
 
 
 def test_newtonian_fluid_without_modes_needs_no_conformation():
-    flow = make_flow(DEMO, triplet(DEMO, math.inf, math.inf)).variant(NEWTONIAN, 3)
+    flow = make_flow(FLOW, triplet(FLOW, math.inf, math.inf)).variant(NEWTONIAN, 3)
     assert flow.fields().psi == []
 
 

@@ -143,7 +143,7 @@ def test_verification_by_hand(tmp_path):
     options = ["--kind", "order", "--sp", "inf", "--sf", "1.5"]
     by_hand(tmp_path, "verification.py", "convergence", *options, "order.csv")
     rows = pd.read_csv(tmp_path / "order.csv")
-    assert set(rows["value"]) == {2, 3, 4, 5}
+    assert set(rows["value"]) == {3, 4, 5}
     assert set(rows["sp"]) == {np.inf} and set(rows["sf"]) == {1.5}
     by_hand(tmp_path, "closure_gap.py", "--gap", "0.5", "gap.csv")
     rows = pd.read_csv(tmp_path / "gap.csv")
