@@ -12,6 +12,7 @@ from viscotrain.config import stages
 from viscotrain.config.geometries import simulated, simulated_deborahs
 from viscotrain.config.names import geometry_name, point_name, train_name
 from viscotrain.config.study import Study
+from viscotrain.flow.refinement import unknowns_per_element
 from viscotrain.jobs import provenance
 from viscotrain.jobs.costs import (
     GROWTH,
@@ -23,7 +24,6 @@ from viscotrain.jobs.costs import (
     flow_seconds,
     own_costs,
     train_seconds,
-    unknowns_per_element,
     work_of,
 )
 from viscotrain.jobs.digests import digest

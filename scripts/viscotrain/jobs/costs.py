@@ -23,6 +23,7 @@ from viscotrain.config.names import train_name
 from viscotrain.config.outputs import DesignMapConfig, TrainsConfig
 from viscotrain.config.study import Study
 from viscotrain.flow import continuation, quasi_steady
+from viscotrain.flow.refinement import unknowns_per_element
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.progress import Point, made_with, outcomes
 from viscotrain.table.triplets import Triplet
@@ -30,7 +31,6 @@ from viscotrain.words import has_solution
 
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
-CONFORMATION = 4  # components per mode
 START_UP = 2.0  # CPU seconds of a job that imports everything
 FIGURE = 1.5  # CPU seconds of a figure
 FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
@@ -95,11 +95,6 @@ def work_of(study: Study, results: Path) -> Work:
 def spheres(sp: float, sf: float) -> int:
     """Number of spheres of a geometry."""
     return 1 + math.isfinite(sp) + math.isfinite(sf)
-
-
-def unknowns_per_element(order: int, modes: int) -> float:
-    """On a large mesh: k^2/2 for each variable of order k."""
-    return order**2 + (1 + CONFORMATION * modes) * (order - 1) ** 2 / 2
 
 
 class CostModel:
