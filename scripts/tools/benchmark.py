@@ -37,6 +37,7 @@ from viscotrain.flow.batches import BatchedForm, VectorFactors
 from viscotrain.flow.process import use_one_core
 from viscotrain.jobs.command import reporting
 from viscotrain.studies import dns
+from viscotrain.studies.resolution import with_sizes
 
 ROOT = Path(__file__).parents[2]
 SPHERE_DEBORAHS = (0.1, 0.5, 1.0, 2.0, 5.0)
@@ -134,11 +135,8 @@ def sample(study: Study, number: int | None) -> list[tuple[float, float]]:
 def finer(study: Study) -> Study:
     """The study with smaller elements and a higher order, whose solution is taken as exact."""
     settings = study.dns
-    change = {
+    change = with_sizes(settings, FINER) | {
         "velocity_order": settings.velocity_order + 1,
-        "sphere_elements": round(settings.sphere_elements / FINER),
-        "axis_size": settings.axis_size * FINER,
-        "wall_size": settings.wall_size * FINER,
         "accuracy": settings.accuracy * FINER_ACCURACY,
         "relative_accuracy": settings.relative_accuracy * FINER_ACCURACY,
         "max_velocity_order": settings.max_velocity_order + 1,

@@ -128,10 +128,6 @@ class Continuation:
             return None
         return refinement.estimate(self.flow, below, adjoint)
 
-    def forget_factors(self):
-        """Free the memory of the last factors."""
-        self._newton = None
-
     def finish(self, tolerance: float) -> newton.Convergence:
         """Go on with the iteration where it is, until the velocities are as accurate, too."""
         self.restore()

@@ -10,7 +10,7 @@ and in the order below the lowest that results are taken from. From its rung a D
 branch of its own, so that what is found there does not depend on which others are asked for.
 
 Climb. From there the order is raised, and the error estimated in each (`refinement`). Where no
-order within the limits promises to be accurate, or only with more unknowns than a finer mesh needs,
+order within the limits promises to be accurate, or only at a higher cost than on a finer mesh,
 there is such a mesh for this De, and the climb goes on there.
 
 Stuck. Where a higher order cannot be solved, the mesh is refined by the error of the order below.
@@ -287,7 +287,6 @@ class _Ladder:
                 found = found or _Found(path.flow, convergence, 0)
                 found.iterations = iterations
                 return below, found, self._rescue(below, error)
-            below.forget_factors()
             found = _Found(path.flow, convergence, iterations)
             found.judge(path.estimate(), self._options)
             if found.accurate or found.error is None:
@@ -315,14 +314,9 @@ class _Ladder:
         """A finer mesh where the order above a path is stuck, by the error of the path."""
         if error is None:
             return None
-        order = max(path.flow.velocity_order, self._top.velocity_order)
-        allowed = error.decisive / RESCUE_REDUCTION
-        most = self._options.limits.unknowns / refinement.unknowns_per_element(
-            order, len(path.flow.fluid.modes)
-        )
-        sizes, _, left = refinement.refined(path.flow.mesh, error, error.order, allowed, most)
-        enough = left <= error.decisive / refinement.LEAST_REDUCTION
-        return refinement.Plan(order, sizes) if enough else None
+        limits = refinement.Limits(error.order, self._options.max_unknowns)
+        plan = refinement.plan(path.flow, error, error.decisive / RESCUE_REDUCTION, limits)
+        return plan and plan._replace(order=max(plan.order, self._top.velocity_order))
 
     def _on_another_mesh(
         self, mesh: ngsolve.Mesh, order: int, known: list[Continuation]

@@ -25,6 +25,7 @@ from viscotrain.config.settings import FlowSettings
 from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.process import use_one_core
 from viscotrain.studies import dns as simulation
+from viscotrain.studies.resolution import with_sizes
 from viscotrain.studies.sample import CORNER, CORNER_POINTS, MAIN, MAIN_POINTS, SEED, Point
 from viscotrain.words import PARTICLES
 
@@ -43,11 +44,9 @@ PAIRS = ("middle_minus_trailing", "leading_minus_middle")
 def finer(settings: DnsConfig) -> DnsConfig:
     """Settings of the reference."""
     return settings.model_copy(
-        update={
+        update=with_sizes(settings, REFERENCE_SIZE)
+        | {
             "velocity_order": min(settings.velocity_order + 1, HIGHEST_ORDER),
-            "sphere_elements": round(settings.sphere_elements / REFERENCE_SIZE),
-            "axis_size": settings.axis_size * REFERENCE_SIZE,
-            "wall_size": settings.wall_size * REFERENCE_SIZE,
             "accuracy": settings.accuracy * REFERENCE_ACCURACY,
             "relative_accuracy": settings.relative_accuracy * REFERENCE_ACCURACY,
             "max_velocity_order": settings.max_velocity_order + 1,
