@@ -21,6 +21,7 @@ rule all:
 
 
 include: "workflow/rules/fluid_fit.smk"
+include: "workflow/rules/units.smk"
 include: "workflow/rules/dns.smk"
 include: "workflow/rules/transient.smk"
 include: "workflow/rules/table.smk"

@@ -24,22 +24,30 @@ def settings(study, name: list[str]) -> FiguresSettings:
     return stages.figures(study, *name)
 
 
-def draw(own: FiguresSettings, name: str, source: Path | None) -> Drawing:
+def draw(own: FiguresSettings, name: str, source: Path | None, units: Path | None) -> Drawing:
     """The figure of this name, from a file if it shows one."""
     if name == "schematic":
         return schematic.draw(schematic.geometry(own.schematic))
     if name == "rheology":
         measured = rheology_figure.measured(source) if source else None
         return rheology_figure.rheology(own.rheology.fluid, measured, own.rheology.shear_rates())
-    return figures.draw(name, xr.load_dataset(source), own.confinement)
+    physical = xr.load_dataset(units) if units else None
+    return figures.draw(name, xr.load_dataset(source), own.confinement, physical)
 
 
-def main(job: Job, name: list[str], source: Path | None, folder: Path, field: Path | None):
+def main(
+    job: Job,
+    name: list[str],
+    source: Path | None,
+    folder: Path,
+    field: Path | None,
+    units: Path | None,
+):
     """Draw the figures of these names and write them with their data."""
     for figure in name:
         shown = field if field and figure == "stress_field" else source
         own = job.attributes(f"data of the figure {figure}")
-        for path in drawings.save(draw(job.settings, figure, shown), folder / figure, own):
+        for path in drawings.save(draw(job.settings, figure, shown, units), folder / figure, own):
             print(path)
 
 
@@ -56,5 +64,6 @@ run(
         taken("source", "velocity table, trains or what else it shows", optional=True),
         made("folder", "where to write", key="png", convert=folder_of),
         taken("field", "fields, for the figure that shows them", flag="--field", optional=True),
+        taken("units", "units.nc, for the figure of all stations", flag="--units", optional=True),
     ],
 )

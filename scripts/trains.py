@@ -21,19 +21,15 @@ def settings(study, design_map: bool) -> TrainsSettings:
 
 def main(job: Job, deborah: float, volume_fraction: list[float], table: Path, trains: list[Path]):
     """Simulate all repeats and write them with their statistics."""
-    velocities, own = VelocityTable.open(table), job.settings
+    velocities = VelocityTable.open(table)
     for phi, output in zip(volume_fraction, trains, strict=True):
         started = time.process_time()
         result = repeats.run_repeats(
             velocities.at(deborah),
             volume_fraction=phi,
             centreline_velocity=velocities.centreline_velocity(deborah),
-            factors=[
-                ("deborah", deborah, "1", "Deborah number, as the study defines it"),
-                *own.physical.scales(deborah).quantities(),
-            ],
-            **own.of_train(),
-        )
+            **dict(job.settings),
+        ).assign(repeats.deborah_numbers(velocities, deborah))
         job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:g}")
         print(repeats.summary(result))
         print(f"{time.process_time() - started:.1f} CPU s")

@@ -44,6 +44,7 @@ RESULTS = f"results/{STUDY.study}"
 LOGS = f"{RESULTS}/logs"
 FIGURES = f"{RESULTS}/figures"
 TABLE = f"{RESULTS}/table/velocity_table.nc"
+UNITS = f"{RESULTS}/units.nc"
 CHECKS = f"{RESULTS}/verification"
 ENVIRONMENT = "../../envs/viscotrain.yaml"
 # What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.

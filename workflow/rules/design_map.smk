@@ -4,6 +4,7 @@
 rule design_map:
     input:
         **FITTED_FLUID,
+        units=UNITS,
         points=expand(f"{RESULTS}/design_map/{{train}}.nc", train=MAP),
     output:
         result=f"{RESULTS}/design_map/design_map.nc",

@@ -4,6 +4,7 @@
 rule interactive:
     input:
         table=TABLE,
+        units=UNITS,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
     output:
         page=f"{RESULTS}/interactive.html",
@@ -14,7 +15,7 @@ rule interactive:
     resources:
         **not_solving(),
     params:
-        **given("interactive", stages.interactive(STUDY)),
+        **given("interactive"),
     message:
         "Making the interactive page"
     script:

@@ -1,12 +1,31 @@
-"""Movies: one job per filmed train, which makes those of all cameras, and a view of all stations."""
+"""Movies of filmed trains: positions of spheres, movies of all cameras, a view of all stations."""
 
 
-rule movies:
+rule film:
     input:
         table=TABLE,
         trains=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
     output:
+        result=f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}.nc",
+    log:
+        f"{LOGS}/movies/film_De{{deborah}}_phi{{volume_fraction}}.log",
+    conda:
+        ENVIRONMENT
+    resources:
+        **not_solving(minutes=60),
+    params:
+        **given("film", stages.film(STUDY)),
+    message:
+        "Filming the train at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+    script:
+        "../../scripts/film.py"
+
+
+rule movies:
+    input:
         film=f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}.nc",
+        units=UNITS,
+    output:
         movies=report(
             directory(f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}"),
             patterns=["{name}.mp4"],

@@ -1,4 +1,4 @@
-"""What each stage is given: typed, dimensionless where it simulates, and nothing else.
+"""What each stage is given: typed, dimensionless where it computes, and nothing else.
 
 A job's numbers follow from its settings, its input files and its code. `stages` makes settings from
 a study; the workflow passes them to its jobs, which make them from there again, and datasets hold
@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict
 
 from viscotrain.config.models import Resolution, TransientConfig
 from viscotrain.errors import FluidError
-from viscotrain.fluid.parameters import DimensionlessFluid, Fluid, Scales
+from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
 
 DIGITS = 12  # far below the accuracy of any result, far above what a division rounds off
 
@@ -175,52 +175,6 @@ class TableSettings(Settings):
     max_holes: int
 
 
-class PhysicalSettings(Settings):
-    """What turns dimensionless results into those of a device.
-
-    Attributes:
-        channel_diameter: In m.
-        particle_diameter: In m.
-        mean: Whether De of the study is that of the mean relaxation time.
-        dimensionless_fluid: None until it is fitted, like the other two.
-        zero_shear_viscosity: In Pa s.
-        longest_relaxation_time: In s; NaN without modes.
-    """
-
-    channel_diameter: float
-    particle_diameter: float
-    mean: bool
-    dimensionless_fluid: DimensionlessFluid | None = None
-    zero_shear_viscosity: float | None = None
-    longest_relaxation_time: float | None = None
-
-    def with_fluid(self, fluid: Fluid) -> Self:
-        """With viscosity and times of the fluid in their places."""
-        return self.model_copy(
-            update={
-                "dimensionless_fluid": DimensionlessFluid.from_physical(
-                    fluid.solvent_viscosity, fluid.modes
-                ),
-                "zero_shear_viscosity": fluid.zero_shear_viscosity,
-                "longest_relaxation_time": fluid.longest_relaxation_time,
-            }
-        )
-
-    def scales(self, deborah: float) -> Scales:
-        """Physical factors at a Deborah number of the study."""
-        assert self.dimensionless_fluid is not None  # a job has all three, by `with_fluid`
-        assert self.zero_shear_viscosity is not None
-        assert self.longest_relaxation_time is not None
-        return Scales.at(
-            longest_mode(deborah, self.dimensionless_fluid, self.mean),
-            self.dimensionless_fluid,
-            zero_shear_viscosity=self.zero_shear_viscosity,
-            longest_relaxation_time=self.longest_relaxation_time,
-            channel_diameter=self.channel_diameter,
-            particle_diameter=self.particle_diameter,
-        )
-
-
 class TrainsSettings(Settings):
     """Trains in a channel of some length: lengths in D; stations ascending."""
 
@@ -230,24 +184,19 @@ class TrainsSettings(Settings):
     repeats: int
     passages: int
     seed: int
-    physical: PhysicalSettings
-
-    def of_train(self) -> dict[str, Any]:
-        """All but the physical factors."""
-        return {name: value for name, value in self if name != "physical"}
-
-    def with_fluid(self, fluid: Fluid) -> Self:
-        """With the physical factors of the fluid."""
-        return self.model_copy(update={"physical": self.physical.with_fluid(fluid)})
 
 
-class MoviesSettings(Settings):
-    """What cameras see: lengths in D, times in D/Ubar; width in pixels, frames per second."""
+class FilmSettings(Settings):
+    """What cameras see: the length of a window in D, the time between frames in D/Ubar."""
 
-    confinement: float
     field_of_view: float
     interval: float
     frames: int
+
+
+class MoviesSettings(Settings):
+    """How a film is shown: width in pixels, frames per second."""
+
     width: int
     frame_rate: float
 
@@ -266,7 +215,7 @@ class DesignMapSettings(Settings):
 
 
 class SchematicSettings(Settings):
-    """What is drawn to scale: distances in d, lengths in D, the channel's diameter in m."""
+    """What is drawn to scale: distances in d, lengths in D."""
 
     confinement: float
     sp: tuple[float, ...]
@@ -274,31 +223,43 @@ class SchematicSettings(Settings):
     margin: float
     volume_fraction: float
     channel_length: float
-    channel_diameter: float
 
 
 class RheologySettings(Settings):
-    """The fluid whose curves are drawn, and the Deborah numbers at which the study uses it."""
+    """The fluid in physical units, and the Deborah numbers at which the study uses it."""
 
     fluid: Fluid | None
     deborah: tuple[float, ...]
     mean: bool
 
+    @property
+    def known_fluid(self) -> Fluid:
+        """The fluid of a job that computes."""
+        assert self.fluid is not None  # a job has it, by `with_fluid` if fitted
+        return self.fluid
+
     def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid in its place."""
         return self.model_copy(update={"fluid": fluid})
 
+    def longest_modes(self) -> dict[float, float]:
+        """lambda_1 Ubar/D by De of the study."""
+        fluid = self.known_fluid
+        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
+        return {De: longest_mode(De, scaled, self.mean) for De in self.deborah}
+
     def shear_rates(self) -> dict[float, float]:
         """Mean velocity over channel diameter, in 1/s, by De of the study, without De = 0."""
-        assert self.fluid is not None  # a job has it, by `with_fluid` if fitted
-        if not self.fluid.modes:
-            return {}
-        scaled = DimensionlessFluid.from_physical(self.fluid.solvent_viscosity, self.fluid.modes)
-        return {
-            De: longest_mode(De, scaled, self.mean) / self.fluid.longest_relaxation_time
-            for De in self.deborah
-            if De > 0
-        }
+        fluid = self.known_fluid
+        rates = {} if not fluid.modes else self.longest_modes()
+        return {De: rate / fluid.longest_relaxation_time for De, rate in rates.items() if De > 0}
+
+
+class UnitsSettings(RheologySettings):
+    """The same fluid in its device: diameters of channel and particles in m."""
+
+    channel_diameter: float
+    particle_diameter: float
 
 
 class FiguresSettings(Settings):
@@ -313,12 +274,6 @@ class FiguresSettings(Settings):
         if self.rheology is None:
             return self
         return self.model_copy(update={"rheology": self.rheology.with_fluid(fluid)})
-
-
-class InteractiveSettings(Settings):
-    """The page for the browser: diameter of the channel in m."""
-
-    channel_diameter: float
 
 
 def longest_mode(deborah: float, fluid: DimensionlessFluid | None, mean: bool) -> float:

@@ -13,16 +13,16 @@ from viscotrain.config.settings import (
     DesignMapSettings,
     FieldSettings,
     FiguresSettings,
+    FilmSettings,
     FlowSettings,
     FluidFitSettings,
-    InteractiveSettings,
     MoviesSettings,
-    PhysicalSettings,
     RheologySettings,
     SchematicSettings,
     TableSettings,
     TrainsSettings,
     TransientSettings,
+    UnitsSettings,
     longest_mode,
 )
 from viscotrain.config.study import Study
@@ -119,16 +119,6 @@ def table(study: Study) -> TableSettings:
     )
 
 
-def physical(study: Study) -> PhysicalSettings:
-    """The physical factors of the study."""
-    own = PhysicalSettings(
-        channel_diameter=study.channel.diameter,
-        particle_diameter=study.particle.diameter,
-        mean=_is_mean(study),
-    )
-    return own if study.fluid.modes is None else own.with_fluid(study.fluid.physical())
-
-
 def trains(study: Study) -> TrainsSettings:
     """Trains as the section `trains` asks for them."""
     return TrainsSettings(
@@ -138,7 +128,6 @@ def trains(study: Study) -> TrainsSettings:
         repeats=study.trains.repeats,
         passages=study.trains.passages,
         seed=study.trains.seed,
-        physical=physical(study),
     )
 
 
@@ -154,12 +143,18 @@ def design_points(study: Study) -> TrainsSettings:
     )
 
 
-def movies(study: Study) -> MoviesSettings:
-    """Movies of trains."""
-    own = study.movies.model_dump(include={"interval", "frames", "width", "frame_rate"})
-    return MoviesSettings(
-        confinement=study.confinement, field_of_view=study.movie_field_of_view(), **own
+def film(study: Study) -> FilmSettings:
+    """Films of trains."""
+    return FilmSettings(
+        field_of_view=study.movie_field_of_view(),
+        interval=study.movies.interval,
+        frames=study.movies.frames,
     )
+
+
+def movies(study: Study) -> MoviesSettings:
+    """Movies of films."""
+    return MoviesSettings(width=study.movies.width, frame_rate=study.movies.frame_rate)
 
 
 def design_map(study: Study) -> DesignMapSettings:
@@ -189,7 +184,6 @@ def schematic(study: Study) -> SchematicSettings:
         margin=study.dns.margin,
         volume_fraction=study.trains.volume_fraction[0],
         channel_length=study.channel.length,
-        channel_diameter=study.channel.diameter,
     )
 
 
@@ -203,9 +197,13 @@ def rheology(study: Study) -> RheologySettings:
     )
 
 
-def interactive(study: Study) -> InteractiveSettings:
-    """The page for the browser."""
-    return InteractiveSettings(channel_diameter=study.channel.diameter)
+def units(study: Study) -> UnitsSettings:
+    """What physical units follow from."""
+    return UnitsSettings(
+        **dict(rheology(study)),
+        channel_diameter=study.channel.diameter,
+        particle_diameter=study.particle.diameter,
+    )
 
 
 def _scaled(study: Study) -> DimensionlessFluid | None:

@@ -36,6 +36,7 @@ from viscotrain.drawing.style import (
     Drawing,
     styled,
 )
+from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.trains import design_map
 from viscotrain.trains.statistics import TOUCHING, touching
 
@@ -138,7 +139,7 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
     length = float(dataset["station"][-1])
     figure.suptitle(
         f"$d/D$ = {float(dataset['confinement']):g},  "
-        f"$D$ = {1e3 * float(dataset['channel_diameter']):g} \N{MICRO SIGN}m,  "
+        f"$D$ = {MICROMETRES * float(dataset['channel_diameter']):g} \N{MICRO SIGN}m,  "
         f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm"
         "  (\N{PLUS-MINUS SIGN} and bands: 95 % confidence)"
     )
@@ -148,7 +149,7 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
 def _draw_cells(panels: NDArray, dataset: xr.Dataset):
     outlet, end = dataset.isel(station=-1), float(dataset["length"][-1])
     variation, mode = outlet["spacing_variation"].values, outlet["spacing_mode"].values
-    diameter = design_map.CENTIMETRES * float(dataset["channel_diameter"])
+    diameter = CENTIMETRES * float(dataset["channel_diameter"])
     order = diameter * dataset["ordering_length"].values
     titles = (
         "CV of the spacing at the outlet",
@@ -233,7 +234,7 @@ def _draw_grid(
 
 def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
     z, phi = dataset["station"].values, dataset["volume_fraction"].values
-    cm = 100 * design_map.CENTIMETRES * float(dataset["channel_diameter"])
+    cm = 100 * CENTIMETRES * float(dataset["channel_diameter"])
     colours = _colours(phi.size)
     for column, De in enumerate(dataset["deborah"].values):
         for row, (name, label, factor) in enumerate(CURVES):
@@ -268,12 +269,18 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
 
 
 @styled
-def stations(film: xr.Dataset) -> Drawing:
-    """What the cameras at all stations see at the same moment, one under the other, to scale."""
+def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
+    """What the cameras at all stations see at the same moment, one under the other, to scale.
+
+    Args:
+        film: Result of `films.film`.
+        units: Result of `units.physical_units`.
+    """
     frame = film.sizes["frame"] // 2
     names = ["position", "window_start", "time"]
-    scalars = ["field_of_view", "confinement", "volume_fraction", "deborah", "channel_diameter"]
+    scalars = ["field_of_view", "confinement", "volume_fraction", "deborah"]
     data = film[[*names, *scalars]].isel(frame=frame)
+    data["channel_diameter"] = units["channel_diameter"].variable
     view, beta = float(data["field_of_view"]), float(data["confinement"])
     diameter = float(data["channel_diameter"])
     count = data.sizes["station"]
@@ -294,7 +301,7 @@ def stations(film: xr.Dataset) -> Drawing:
         axes.spines[["top", "bottom"]].set_linewidth(1.2)
         axes.xaxis.set_major_locator(MaxNLocator(6))
         axes.set_ylabel(
-            f"$L/D$ = {station:g}\n{design_map.CENTIMETRES * diameter * station:.3g} cm",
+            f"$L/D$ = {station:g}\n{CENTIMETRES * diameter * station:.3g} cm",
             rotation=0,
             ha="right",
             va="center",

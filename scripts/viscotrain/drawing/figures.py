@@ -17,7 +17,9 @@ class FigureError(ViscotrainError, ValueError):
     """A figure is asked for that does not exist, or that the data cannot give."""
 
 
-def draw(name: str, dataset: xr.Dataset, confinement: float) -> Drawing:
+def draw(
+    name: str, dataset: xr.Dataset, confinement: float, units: xr.Dataset | None = None
+) -> Drawing:
     """Make the figure of this name, as in `relative_velocities_De5`.
 
     Args:
@@ -25,9 +27,10 @@ def draw(name: str, dataset: xr.Dataset, confinement: float) -> Drawing:
         dataset: The velocity table, the field, the trains, the film or the design map, whichever
             the figure shows.
         confinement: d/D.
+        units: Physical units of the study, for the figure of all stations.
 
     Raises:
-        FigureError: There is no such figure.
+        FigureError: There is no such figure, or it lacks units.
     """
     number = r"([0-9.e+-]+)"
     if found := re.fullmatch(f"relative_velocities_De{number}", name):
@@ -41,7 +44,9 @@ def draw(name: str, dataset: xr.Dataset, confinement: float) -> Drawing:
     if re.fullmatch(f"train_De{number}_phi{number}", name):
         return train(dataset)
     if re.fullmatch(f"stations_De{number}_phi{number}", name):
-        return stations(dataset)
+        if units is None:
+            raise FigureError(f"{name} is drawn to scale; allowed: with the file units.nc")
+        return stations(dataset, units)
     if name == "spacing_law":
         return spacing_law(dataset)
     if name == "design_map":

@@ -19,7 +19,7 @@ from matplotlib.colors import to_hex
 from plotly.offline import get_plotlyjs
 
 from viscotrain.drawing.conventions import DISTANCE_TICKS, distance_coordinate
-from viscotrain.fluid.parameters import MILLIMETRES
+from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes
@@ -36,14 +36,14 @@ class _Page(string.Template):
     delimiter = "@@"
 
 
-def page(table: xr.Dataset, trains: Sequence[xr.Dataset], study: str, channel: float) -> str:
+def page(table: xr.Dataset, units: xr.Dataset, trains: Sequence[xr.Dataset], study: str) -> str:
     """HTML of the page.
 
     Args:
         table: The velocity table.
+        units: Result of `units.physical_units`.
         trains: As `repeats.run_repeats` returns them.
         study: Its name.
-        channel: Diameter in m.
     """
     grid = np.linspace(0.0, 1.0, GRID)
     ticks = np.array(DISTANCE_TICKS, dtype=float)
@@ -54,18 +54,21 @@ def page(table: xr.Dataset, trains: Sequence[xr.Dataset], study: str, channel: f
             "text": ["\N{INFINITY}" if np.isinf(s) else f"{s:g}" for s in ticks],
         },
         "layers": list(_layers(table, grid)),
-        "trains": [_train(train, channel) for train in trains],
+        "trains": [_train(train, float(units["channel_diameter"])) for train in trains],
     }
-    confinement = float(trains[0]["confinement"]) if trains else np.nan
-    millimetre = MILLIMETRES * channel
     return _Page(TEMPLATE.read_text(encoding="utf-8")).substitute(
         title=html.escape(f"viscotrain: study {study}"),
         plotly=get_plotlyjs(),
-        particle=f"{1e3 * confinement * millimetre:.3g} um",
-        channel=f"{1e3 * millimetre:.3g} um",
+        particle=_micrometres(units["particle_diameter"]),
+        channel=_micrometres(units["channel_diameter"]),
         source=html.escape(f"{table.attrs.get('source', '')}; {table.attrs.get('history', '')}"),
         data=json.dumps(data, allow_nan=False).replace("</", "<\\/"),
     )
+
+
+def _micrometres(diameter: xr.DataArray) -> str:
+    """A diameter in mm in words."""
+    return f"{MICROMETRES * float(diameter):.3g} um"
 
 
 def _layers(table: xr.Dataset, grid: np.ndarray):
@@ -123,12 +126,17 @@ def _words(sp: float, sf: float, relative: float) -> str:
 
 
 def _train(train: xr.Dataset, channel: float) -> dict:
-    """Tracks of successive spheres of the first repeat, against the position in the channel."""
+    """Tracks of successive spheres of the first repeat, against the position in the channel.
+
+    Args:
+        train: Result of `repeats.run_repeats`.
+        channel: Diameter in mm.
+    """
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
     stations = train["track_station"].values
     return {
         "name": f"De = {De:g}, volume fraction {100 * phi:g} %",
         "stations": stations.round(3).tolist(),
-        "centimetres": (100 * channel * stations).round(3).tolist(),
+        "centimetres": (CENTIMETRES * channel * stations).round(3).tolist(),
         "positions": train["track_position"].values.round(3).tolist(),
     }

@@ -1,7 +1,7 @@
 """Movies of a flowing train: what the cameras of a film see, with words and marks around it.
 
 Cameras fixed at the stations, and one that moves along (`trains.films`); `canvas` draws to scale.
-Words in a frame are physical where De > 0.
+Words in a frame are physical where De > 0; `labelled` gives a film what they need.
 """
 
 import math
@@ -63,6 +63,19 @@ def _clock(data: xr.Dataset, times: NDArray, frame_rate: float) -> tuple[Callabl
     return lambda n: f"t = {shown[n]:.{decimals}f} {unit}", words
 
 
+def labelled(film: xr.Dataset, units: xr.Dataset) -> xr.Dataset:
+    """A film with its physical units: the channel's diameter in mm, and D/Ubar in s.
+
+    Args:
+        film: Result of `films.film`.
+        units: Result of `units.physical_units`.
+    """
+    own = units.sel(deborah=float(film["deborah"]))
+    return film.assign(
+        channel_diameter=own["channel_diameter"].variable, time_scale=own["time"].variable
+    )
+
+
 def station_view(data: xr.Dataset, station: int, width: int) -> View:
     """Where the channel is in the frames of the camera at a station (its number)."""
     scale = width / float(data["field_of_view"])
@@ -76,7 +89,7 @@ def station_frames(
     """Frames of the camera at a station (its number), shape (height, width, 3), of bytes.
 
     Args:
-        data: Result of `films.film`.
+        data: Result of `labelled`.
         station: Its number.
         width: Pixels.
         frame_rate: Frames per second of the movie, which decides how slow it is.
@@ -116,7 +129,7 @@ def moving_frames(data: xr.Dataset, *, width: int, frame_rate: float) -> Iterato
     """Frames of the camera that moves along, with its place in the channel below.
 
     Args:
-        data: Result of `films.film`.
+        data: Result of `labelled`.
         width: Pixels.
         frame_rate: Frames per second of the movie.
     """
@@ -209,16 +222,19 @@ def _progress(canvas: Canvas, y: float, data: xr.Dataset, n: int):
     canvas.box(start, y - 8, max(left + per_length * end, start + 4), y + 8, BLUE)
 
 
-def make(data: xr.Dataset, folder: str | Path, *, width: int, frame_rate: float) -> list[Path]:
+def make(
+    film: xr.Dataset, units: xr.Dataset, folder: str | Path, *, width: int, frame_rate: float
+) -> list[Path]:
     """Write the movies of all stations, `station_<L/D>`, and `moving_frame`; their paths.
 
     Args:
-        data: Result of `films.film`.
+        film: Result of `films.film`.
+        units: Result of `units.physical_units`.
         folder: Made if needed.
         width: Pixels of a frame.
         frame_rate: Frames per second.
     """
-    folder = Path(folder)
+    data, folder = labelled(film, units), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     look: dict[str, Any] = {"width": width, "frame_rate": frame_rate}
     paths = [

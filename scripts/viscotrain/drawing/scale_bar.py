@@ -2,6 +2,8 @@
 
 import math
 
+from viscotrain.fluid.units import MICROMETRES
+
 NICE = (1, 2, 5)  # leading digits of a scale bar's length
 
 
@@ -12,7 +14,7 @@ def scale_bar(field_of_view: float, channel_diameter: float) -> tuple[float, str
         field_of_view: In D.
         channel_diameter: In mm.
     """
-    largest = field_of_view / 8 * channel_diameter * 1e3  # um
+    largest = field_of_view / 8 * channel_diameter * MICROMETRES
     power = 10.0 ** math.floor(math.log10(largest))
     length = max(digit * power for digit in NICE if digit * power <= largest)
     name = f"{length / 1e3:g} mm" if length >= 1e3 else f"{length:g} \N{MICRO SIGN}m"

@@ -57,7 +57,6 @@ def geometry(study: SchematicSettings) -> xr.Dataset:
         "mean_spacing": ((), spacing),
         "volume_fraction": ((), phi),
         "channel_length": ((), study.channel_length),
-        "channel_diameter": ((), 1e3 * study.channel_diameter),
     }
     texts = {
         "triplet_position": "positions over channel diameter, from the middle sphere",
@@ -71,12 +70,10 @@ def geometry(study: SchematicSettings) -> xr.Dataset:
         "mean_spacing": "mean distance in the train over channel diameter",
         "volume_fraction": "volume fraction of spheres",
         "channel_length": "length of the channel over its diameter",
-        "channel_diameter": "channel diameter",
     }
     data = xr.Dataset(values, coords={"sphere": list(triplet.spheres)})
     for name, text in texts.items():
         data[name].attrs = {"long_name": text, "units": "1"}
-    data["channel_diameter"].attrs["units"] = "mm"
     data["sphere"].attrs["long_name"] = "sphere of the triplet"
     return data
 

@@ -1,4 +1,4 @@
-"""The fluid and the scales of its flow: physical numbers in, dimensionless numbers out.
+"""The fluid and its scales: physical numbers in, dimensionless numbers out.
 
 A fluid is a Newtonian solvent (viscosity eta_s) and any number of Giesekus modes (viscosity eta_k,
 relaxation time lambda_k, mobility alpha_k). With eta_0 = eta_s + sum_k eta_k and lambda_1 the
@@ -11,21 +11,18 @@ and the Deborah number inside the code always is De = lambda_1 Ubar/D. The other
     De_mean = lambda_mean Ubar/D,    lambda_mean = sum_k eta_k lambda_k / sum_k eta_k,
 
 is converted once, at the border to the config. De = 0, with or without modes, is the Newtonian
-fluid of viscosity eta_0: creeping Newtonian flow has no velocity scale of its own, so the physical
-factors that contain a velocity are NaN there.
+fluid of viscosity eta_0. The way back to physical numbers is `units`.
 """
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, fields
-from typing import NamedTuple, Self
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Self
 
 from viscotrain.errors import FluidError
 
 CHANNEL_RADIUS = 0.5  # in D
 ROUND_OFF = 1e-12  # allowed error of viscosities that should add up to one
-MICROLITRES_PER_MINUTE = 60e9  # of one m^3/s
-MILLIMETRES = 1e3  # of one m
 
 
 @dataclass(frozen=True)
@@ -122,64 +119,3 @@ def mean_spacing(confinement: float, volume_fraction: float) -> float:
     One sphere, pi d^3/6, per length s* d of the tube, pi D^2/4, makes s* phi = (2/3) (d/D)^2.
     """
     return 2 / 3 * confinement**2 / volume_fraction
-
-
-class Quantity(NamedTuple):
-    """A number with its name, unit and meaning, ready to become a dataset variable."""
-
-    name: str
-    value: float
-    units: str
-    long_name: str
-
-
-def _quantity(units: str, long_name: str):
-    return field(metadata={"units": units, "long_name": long_name})
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Physical factors of one Deborah number: multiply a dimensionless result by them."""
-
-    deborah_longest_mode: float = _quantity("1", "Deborah number of the longest relaxation time")
-    deborah_mean_relaxation_time: float = _quantity(
-        "1", "Deborah number of the viscosity-weighted mean relaxation time"
-    )
-    channel_diameter: float = _quantity("mm", "channel diameter, unit of lengths along the channel")
-    particle_diameter: float = _quantity("mm", "particle diameter, unit of distances")
-    mean_velocity: float = _quantity("m s-1", "mean velocity of the flow, unit of velocities")
-    time: float = _quantity("s", "channel diameter over mean velocity, unit of times")
-    flow_rate: float = _quantity("uL min-1", "flow rate")
-    stress: float = _quantity(
-        "Pa", "zero-shear viscosity times mean velocity over channel diameter, unit of stresses"
-    )
-
-    @classmethod
-    def at(
-        cls,
-        deborah_longest_mode: float,
-        fluid: DimensionlessFluid,
-        *,
-        zero_shear_viscosity: float,
-        longest_relaxation_time: float,
-        channel_diameter: float,
-        particle_diameter: float,
-    ) -> Self:
-        """Scales at De = lambda_1 Ubar/D; viscosity in Pa s, time in s, diameters in m."""
-        De, D = deborah_longest_mode, channel_diameter
-        mean_velocity = De * D / longest_relaxation_time if De > 0 else math.nan
-        return cls(
-            deborah_longest_mode=De,
-            deborah_mean_relaxation_time=De * fluid.mean_relaxation_time if De > 0 else 0.0,
-            channel_diameter=D * MILLIMETRES,
-            particle_diameter=particle_diameter * MILLIMETRES,
-            mean_velocity=mean_velocity,
-            time=D / mean_velocity,
-            flow_rate=math.pi / 4 * D**2 * mean_velocity * MICROLITRES_PER_MINUTE,
-            stress=zero_shear_viscosity * mean_velocity / D,
-        )
-
-    def quantities(self) -> Iterator[Quantity]:
-        """Every factor with its name, unit and meaning."""
-        for item in fields(self):
-            yield Quantity(item.name, getattr(self, item.name), **item.metadata)

@@ -24,11 +24,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.fluid.pipe import pipe_flow
+from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 
 MEASURES = ("mean_spacing", "spacing_variation", "touching_share")
 NAMES = tuple(name + end for name in MEASURES for end in ("", "_halfwidth"))
 BAR = 1e-5  # of one Pa
-CENTIMETRES = 0.1  # of one mm
 
 
 def ordering_length(z: ArrayLike, variation: ArrayLike, threshold: float) -> float:
@@ -58,6 +58,7 @@ def ordering_length(z: ArrayLike, variation: ArrayLike, threshold: float) -> flo
 def combine(
     points: Sequence[xr.Dataset],
     *,
+    units: xr.Dataset,
     fluid: DimensionlessFluid,
     ordered_variation: float,
     attributes: Mapping[str, str] | None = None,
@@ -66,6 +67,7 @@ def combine(
 
     Args:
         points: Results of `repeats.run_repeats` with the same stations, one per condition.
+        units: Result of `units.physical_units`.
         fluid: For the pressure gradient.
         ordered_variation: Threshold of `ordering_length`.
         attributes: Global attributes.
@@ -78,7 +80,8 @@ def combine(
     z = points[0]["station"].values
     deborah = sorted({float(point["deborah"]) for point in points})
     phi = sorted({float(point["volume_fraction"]) for point in points})
-    values, flow_rate, drop = _filled(points, fluid, deborah, phi)
+    values = _filled(points, deborah, phi)
+    own = units.sel(deborah=deborah)
     order = np.apply_along_axis(
         lambda variation: ordering_length(z, variation, ordered_variation),
         -1,
@@ -92,8 +95,12 @@ def combine(
         | {
             "spacing_mode": (grid, values["spacing_mode"], _words("1", MODE)),
             "ordering_length": (grid[:2], order, _words("1", ORDERING_LENGTH)),
-            "flow_rate": (grid[:1], flow_rate, dict(text["flow_rate"].attrs)),
-            "pressure_drop": ([grid[0], grid[2]], drop, _words("bar", PRESSURE_DROP)),
+            "flow_rate": own["flow_rate"].variable,
+            "pressure_drop": (
+                [grid[0], grid[2]],
+                _pressure_drop(own, fluid, z),
+                _words("bar", PRESSURE_DROP),
+            ),
             "ordered_variation": ((), ordered_variation, _words("1", THRESHOLD)),
         },
         coords={
@@ -102,33 +109,34 @@ def combine(
             "station": text["station"],
             "length": (
                 grid[2],
-                CENTIMETRES * float(text["channel_diameter"]) * z,
+                CENTIMETRES * float(own["channel_diameter"]) * z,
                 _words("cm", "position along the channel, the length of one that ends there"),
             ),
         },
         attrs=dict(attributes or {}),
     )
-    for name in ("confinement", "channel_diameter", "particle_diameter"):
-        dataset[name] = text[name]
-    return dataset
+    diameters = {name: own[name].variable for name in ("channel_diameter", "particle_diameter")}
+    return dataset.assign(confinement=text["confinement"], **diameters)
 
 
-def _filled(points: Sequence[xr.Dataset], fluid: DimensionlessFluid, deborah: list, phi: list):
-    """Measures, flow rates and pressure drops on the grid of conditions; NaN where none is."""
+def _pressure_drop(units: xr.Dataset, fluid: DimensionlessFluid, z: NDArray) -> NDArray:
+    """Of the flow without spheres, from the inlet to z in D, in bar, shape (deborah, station)."""
+    longest_modes = units["deborah_longest_mode"].values
+    gradient = np.array([pipe_flow(fluid, float(De)).pressure_gradient for De in longest_modes])
+    return (BAR * gradient * units["stress"].values)[:, None] * z
+
+
+def _filled(points: Sequence[xr.Dataset], deborah: list, phi: list) -> dict[str, NDArray]:
+    """Measures on the grid of conditions; NaN where none is."""
     z = points[0]["station"].values
     names = [*NAMES, "spacing_mode"]
     values = {name: np.full((len(deborah), len(phi), z.size), np.nan) for name in names}
-    flow_rate, drop = np.full(len(deborah), np.nan), np.full((len(deborah), z.size), np.nan)
     for point in points:
-        n = deborah.index(float(point["deborah"]))
-        at = n, phi.index(float(point["volume_fraction"]))
+        at = deborah.index(float(point["deborah"])), phi.index(float(point["volume_fraction"]))
         for name in NAMES:
             values[name][at] = point[name].values
         values["spacing_mode"][at] = pooled_mode(point)
-        flow_rate[n] = float(point["flow_rate"])
-        gradient = pipe_flow(fluid, float(point["deborah_longest_mode"])).pressure_gradient
-        drop[n] = BAR * gradient * float(point["stress"]) * z
-    return values, flow_rate, drop
+    return values
 
 
 ORDERING_LENGTH = (
@@ -160,7 +168,7 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     Args:
         dataset: Result of `combine`.
     """
-    diameter = 1e3 * float(dataset["particle_diameter"])  # um
+    diameter = MICROMETRES * float(dataset["particle_diameter"])
     cm = CENTIMETRES * float(dataset["channel_diameter"])
     rows = []
     for De in dataset["deborah"].values:

@@ -28,7 +28,7 @@ from viscotrain.trains.variables import described
 LARGEST_ROWS = 4  # of the window that moves along
 MARGIN = 2.0  # beyond a window, in d: enough to see whether a sphere at its edge touches another
 POSITIONS = "position over channel diameter, the trailing sphere first; NaN: none"
-SCALARS = ("confinement", "volume_fraction", "channel_length", "deborah", "channel_diameter")
+SCALARS = ("confinement", "volume_fraction", "channel_length", "deborah")
 
 
 def film(
@@ -83,7 +83,6 @@ def film(
     )
     for name in SCALARS:
         dataset[name] = train[name]
-    dataset["time_scale"] = ((), float(train["time"]), dict(train["time"].attrs))
     return dataset
 
 

@@ -1,6 +1,6 @@
 """What the trains stage stores: all repeats of one condition as a dataset, and it in words."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.motion import Velocities
 from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
 from viscotrain.trains.statistics import statistics
@@ -23,6 +24,11 @@ BALANCE = {
     "remaining": "spheres in the channel at the end",
     "delayed": "injections that waited for room",
 }
+DEBORAH_NUMBERS = {
+    "deborah": "Deborah number, as the study defines it",
+    "deborah_longest_mode": "Deborah number of the longest relaxation time",
+    "deborah_mean_relaxation_time": "Deborah number of the viscosity-weighted mean relaxation time",
+}
 
 
 def run_repeats(
@@ -36,7 +42,6 @@ def run_repeats(
     passages: int,
     repeats: int,
     seed: int,
-    factors: Iterable[tuple[str, float, str, str]] = (),
     attributes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Simulate all repeats at one Deborah number and volume fraction, with their statistics.
@@ -54,8 +59,6 @@ def run_repeats(
         passages: Spheres to record in each repeat.
         repeats: Independent trains.
         seed: Seed of all of them.
-        factors: Name, value, units and meaning of numbers to store as they are, such as the
-            physical scales.
         attributes: Global attributes.
     """
     places = np.asarray(stations, dtype=float)
@@ -80,11 +83,16 @@ def run_repeats(
     tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
     law = mean_spacing(confinement, volume_fraction)
     dataset = xr.merge([_results(records, places, law), tracks])
-    scalars = _scalars(velocities, **conditions, length=length)
-    for name, value, units, long_name in [*scalars, *factors]:
-        dataset[name] = ((), value, {"long_name": long_name, "units": units})
+    for name, value, long_name in _scalars(velocities, **conditions, length=length):
+        dataset[name] = described(value, [], long_name)
     dataset.attrs = dict(attributes or {}) | {"seed": seed}
     return dataset
+
+
+def deborah_numbers(table: VelocityTable, deborah: float) -> dict[str, xr.Variable]:
+    """Deborah numbers of a flow of the table, in all definitions, as variables of a train."""
+    flow = table.dataset.isel(deborah=table.index(deborah))
+    return {name: described(flow[name].values, [], text) for name, text in DEBORAH_NUMBERS.items()}
 
 
 def _results(records: Sequence[Record], stations: NDArray, law: float) -> xr.Dataset:
@@ -109,16 +117,16 @@ def _scalars(
     volume_fraction: float,
     centreline_velocity: float,
     length: float,
-) -> list[tuple[str, float, str, str]]:
-    """Name, value, units and meaning of the conditions."""
+) -> list[tuple[str, float, str]]:
+    """Name, value and meaning of the conditions."""
     law = mean_spacing(confinement, volume_fraction)
     return [
-        ("confinement", confinement, "1", "sphere over channel diameter"),
-        ("volume_fraction", volume_fraction, "1", "volume fraction of spheres"),
-        ("centreline_velocity", centreline_velocity, "1", "U_max of the undisturbed flow"),
-        ("isolated_velocity", velocities.isolated, "1", "velocity of a single sphere"),
-        ("channel_length", length, "1", "length of the channel over its diameter"),
-        ("mean_spacing_law", law, "1", "spacing of an equally spaced train, (2/3) beta^2/phi"),
+        ("confinement", confinement, "sphere over channel diameter"),
+        ("volume_fraction", volume_fraction, "volume fraction of spheres"),
+        ("centreline_velocity", centreline_velocity, "U_max of the undisturbed flow"),
+        ("isolated_velocity", velocities.isolated, "velocity of a single sphere"),
+        ("channel_length", length, "length of the channel over its diameter"),
+        ("mean_spacing_law", law, "spacing of an equally spaced train, (2/3) beta^2/phi"),
     ]
 
 
