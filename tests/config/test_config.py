@@ -671,19 +671,8 @@ def test_newtonian_study_has_no_other_deborah_than_zero(definition):
     )
     assert study.deborah_longest_mode(0) == 0
     assert study.dimensionless_fluid.solvent == 1
-    scales = stages.physical(study).scales(0)
-    assert (scales.deborah_longest_mode, scales.deborah_mean_relaxation_time) == (0, 0)
-    assert math.isnan(scales.mean_velocity)
-
-
-def test_scales_hold_both_deborah_numbers():
-    longest = stages.physical(parse_study(MINIMAL)).scales(5)
-    study = parse_study(changed({"deborah.definition": "mean_relaxation_time"}))
-    mean = stages.physical(study).scales(5)
-    assert mean.deborah_mean_relaxation_time == pytest.approx(5, rel=1e-14)
-    assert longest.deborah_longest_mode == 5
-    ratio = longest.deborah_mean_relaxation_time / longest.deborah_longest_mode
-    assert mean.deborah_mean_relaxation_time / mean.deborah_longest_mode == pytest.approx(ratio)
+    assert stages.units(study).longest_modes() == {0: 0}
+    assert stages.units(study).shear_rates() == {}
 
 
 def test_field_point_is_chosen_or_configured():

@@ -12,6 +12,7 @@ from viscotrain.config import settings, stages
 from viscotrain.config.reading import load_study, parse_study
 from viscotrain.errors import FluidError
 from viscotrain.fluid.parameters import Fluid
+from viscotrain.fluid.units import physical_units
 
 CONFIG = Path(__file__).parents[2] / "config"
 DEMO = load_study(CONFIG / "config.yaml")
@@ -25,14 +26,19 @@ OF_FLOWS = {
     "convergence": stages.convergence,
     "table": stages.table,
 }
-OTHERS = {
+OF_TRAINS = {
     "trains": stages.trains,
     "design_points": stages.design_points,
     "design_map": stages.design_map,
+    "film": stages.film,
     "movies": stages.movies,
     "figures": stages.figures,
+    "schematic": stages.schematic,
+}
+DIMENSIONLESS = OF_FLOWS | OF_TRAINS
+PHYSICAL = {
+    "units": stages.units,
     "study_figures": lambda study: stages.figures(study, "rheology"),
-    "interactive": stages.interactive,
     "fluid_fit": stages.fluid_fit,
 }
 
@@ -66,24 +72,34 @@ factors = st.floats(min_value=1e-3, max_value=1e3)
 
 
 @given(factors, factors, factors)
-def test_scaled_studies_have_the_same_settings_of_flows(length, time, viscosity):
+def test_scaled_studies_have_the_same_settings(length, time, viscosity):
     """Texts are what Snakemake compares and what datasets hold."""
-    study = scaled(length, time, viscosity)
-    for name, make in OF_FLOWS.items():
+    assert_same_settings(scaled(length, time, viscosity))
+
+
+def test_a_scaled_study_has_the_same_settings_though_its_quotients_round_differently():
+    twin = scaled(1.1, 1.7, 1.3)
+    assert twin.confinement != DEMO.confinement
+    assert twin.dimensionless_fluid != DEMO.dimensionless_fluid
+    assert_same_settings(twin)
+
+
+def assert_same_settings(study):
+    for name, make in DIMENSIONLESS.items():
         assert repr(make(study).stated()) == repr(make(DEMO).stated()), name
         assert make(study).stated().text() == make(DEMO).stated().text(), name
 
 
-@pytest.mark.parametrize("name", OF_FLOWS)
-def test_settings_of_flows_hold_nothing_of_a_device(name):
-    text = OF_FLOWS[name](DEMO).stated().text()
+@pytest.mark.parametrize("name", DIMENSIONLESS)
+def test_what_is_computed_holds_nothing_of_a_device(name):
+    text = DIMENSIONLESS[name](DEMO).stated().text()
     for word in ("diameter", "solvent_viscosity", "method", "save_fields"):
         assert word not in text
 
 
-@pytest.mark.parametrize("name", OF_FLOWS | OTHERS)
+@pytest.mark.parametrize("name", DIMENSIONLESS | PHYSICAL)
 def test_a_job_makes_the_same_settings_of_what_it_is_given(name):
-    own = (OF_FLOWS | OTHERS)[name](DEMO)
+    own = (DIMENSIONLESS | PHYSICAL)[name](DEMO)
     given = own.stated()
     assert type(own).model_validate(dict(given)) == own  # to the last bit
     assert isinstance(yaml.safe_load(given.text()), dict)
@@ -121,6 +137,7 @@ def test_what_decides_a_flow_is_in_its_settings(section):
         {"trains": {"repeats": 3}},
         {"movies": {"frames": 7}},
         {"channel": {"length": 900.0}},
+        {"channel": {"diameter": 2e-4}, "particle": {"diameter": 4e-5}},
     ],
 )
 def test_what_does_not_is_not(section):
@@ -141,7 +158,7 @@ def test_a_fitted_fluid_completes_the_settings(definition):
     deborah = DEMO.deborah.model_dump() | {"definition": definition}
     written = parse_study(DEMO.model_dump() | {"deborah": deborah})
     waiting = parse_study(written.model_dump() | {"fluid": {"data": ["a.csv"]}})
-    for name, make in (OF_FLOWS | OTHERS).items():
+    for name, make in (DIMENSIONLESS | PHYSICAL).items():
         # Which point is drawn depends on De of the longest mode, as far as it is known.
         if name not in ("fluid_fit", "field"):
             given = type(make(written)).model_validate(dict(make(waiting).stated()))
@@ -153,11 +170,15 @@ def test_a_fitted_fluid_without_modes_has_no_deborah_number():
         stages.flow(DEMO).with_fluid(Fluid(1.0))
 
 
-def test_both_deborah_numbers_of_a_flow_are_those_of_the_scales():
-    study = changed(deborah={"definition": "mean_relaxation_time"})
-    own, physical = stages.flow(study), stages.physical(study)
+@pytest.mark.parametrize("definition", ["longest_mode", "mean_relaxation_time"])
+def test_both_deborah_numbers_of_a_flow_are_those_of_the_units(definition):
+    study = changed(deborah={"definition": definition})
+    own, given = stages.flow(study), stages.units(study)
+    units = physical_units(
+        given.known_fluid, given.longest_modes(), channel_diameter=1e-4, particle_diameter=2e-5
+    )
     for De in study.deborah.values:
-        scales = physical.scales(De)
-        assert own.deborah_longest_mode(De) == scales.deborah_longest_mode
+        at = units.sel(deborah=De)
+        assert own.deborah_longest_mode(De) == float(at["deborah_longest_mode"])
         assert own.deborah_longest_mode(De) == study.deborah_longest_mode(De)
-        assert own.deborah_mean_relaxation_time(De) == scales.deborah_mean_relaxation_time
+        assert own.deborah_mean_relaxation_time(De) == float(at["deborah_mean_relaxation_time"])

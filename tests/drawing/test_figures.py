@@ -17,7 +17,8 @@ from viscotrain.table.assembly import combine
 from viscotrain.table.check import check_errors
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.motion import chain_motion
-from viscotrain.trains.repeats import run_repeats
+from viscotrain.trains.repeats import DEBORAH_NUMBERS, run_repeats
+from viscotrain.trains.variables import described
 from viscotrain.words import INACCURATE, LEADING, MIDDLE
 
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
@@ -69,8 +70,7 @@ def synthetic_train(passages, repeats=2):
         passages=passages,
         repeats=repeats,
         seed=1,
-        factors=[("deborah", 1.0, "1", "Deborah number, as the study defines it")],
-    )
+    ).assign(deborah=described(1.0, [], DEBORAH_NUMBERS["deborah"]))
 
 
 def synthetic_field(sp=1.1, sf=1.5, length=4.5):

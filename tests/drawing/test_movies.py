@@ -25,12 +25,9 @@ from viscotrain.trains.repeats import run_repeats
 BETA, LENGTH, VIEW, FRAMES, INTERVAL = 0.2, 40.0, 5.0, 40, 0.05
 WIDTH, RATE = 640, 25.0
 STATIONS = [0.0, 20.0, 40.0]
-SCALES = {  # hyaluronic acid at De = 5: name, value, units, long name
-    "deborah": 5.0,
-    "channel_diameter": 0.1,
-    "mean_velocity": 6.649e-3,
-    "time": 0.01504,
-}
+UNITS = xr.Dataset(  # of hyaluronic acid in a channel of 0.1 mm; seconds
+    {"channel_diameter": 0.1, "time": ("deborah", [np.nan, 0.01504])}, {"deborah": [0.0, 5.0]}
+)
 
 
 def strong(sp, sf):
@@ -54,13 +51,17 @@ def train(velocities):
         passages=60,
         repeats=2,
         seed=3,
-        factors=[(name, value, "as named", name) for name, value in SCALES.items()],
-    )
+    ).assign(deborah=5.0)
 
 
 @pytest.fixture(scope="module")
-def data(velocities, train):
+def film(velocities, train):
     return films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=FRAMES)
+
+
+@pytest.fixture(scope="module")
+def data(film):
+    return movies.labelled(film, UNITS)
 
 
 COLOURS = {"alone": (0, 114, 178), "touching": (213, 94, 0)}
@@ -233,7 +234,7 @@ def test_words_of_a_frame_are_physical(data):
     assert (clock(2), speed) == ("t = 1.5 ms", "53.2\N{MULTIPLICATION SIGN} slower than real")
     thousand_times_faster = data.assign(time_scale=0.01504 / 1000)
     assert movies._clock(thousand_times_faster, data["time"].values, RATE)[0](2) == "t = 0.0015 ms"
-    newtonian = data.assign(time_scale=np.nan)
+    newtonian = movies.labelled(data.assign(deborah=0.0), UNITS)
     assert movies._clock(newtonian, data["time"].values, RATE)[0](2) == "t = 0.10 D/U\u0304"
 
 
@@ -247,9 +248,9 @@ def decoded(path):
 
 
 @pytest.fixture(scope="module")
-def written(data, tmp_path_factory):
+def written(film, tmp_path_factory):
     folder = tmp_path_factory.mktemp("movies")
-    return movies.make(data, folder, width=WIDTH, frame_rate=RATE)
+    return movies.make(film, UNITS, folder, width=WIDTH, frame_rate=RATE)
 
 
 def test_there_is_a_movie_of_every_camera(written):
@@ -310,12 +311,14 @@ def test_scripts_from_the_command_line_and_their_word_about_a_missing_ffmpeg(tin
         command = "-c", start, harness.SCRIPTS / script, "--configfile", config
         return harness.output(harness.run_python(*command, *arguments, PATH=""))
 
-    train, film = tmp_path / "train.nc", tmp_path / "film.nc"
+    train, film, units = (tmp_path / f"{name}.nc" for name in ("train", "film", "units"))
     condition = ["--deborah", "1", "--volume-fraction", "0.01"]
     run("trains.py", *condition, tiny_table, train)
-    sources = tiny_table, train, film
-    words = run("movies.py", *sources, tmp_path / "mp4", tmp_path / "figures")
+    run("film.py", tiny_table, train, film)
     assert xr.load_dataset(film).sizes["frame"] == 4
+    run("units.py", units)
+    sources = film, units
+    words = run("movies.py", *sources, tmp_path / "mp4", tmp_path / "figures")
     assert (tmp_path / "figures" / "stations_De1_phi0.01.pdf").exists()
     assert "GIF" not in words and (tmp_path / "mp4" / "station_10.mp4").stat().st_size > 0
     missing = "import imageio_ffmpeg; imageio_ffmpeg._utils._get_ffmpeg_exe = lambda: None"
@@ -327,12 +330,12 @@ def test_scripts_from_the_command_line_and_their_word_about_a_missing_ffmpeg(tin
 # ----------------------------------------------------------------------------------------- figure
 
 
-def test_strip_of_all_stations_shows_one_moment_to_scale(data):
-    figure, drawn = figures.draw("stations_De5_phi0.01", data, BETA)
+def test_strip_of_all_stations_shows_one_moment_to_scale(film):
+    figure, drawn = figures.draw("stations_De5_phi0.01", film, BETA, UNITS)
     frame = FRAMES // 2
     assert float(drawn["time"]) == pytest.approx(frame * INTERVAL)
     for n, axes in enumerate(figure.axes):
-        z = data["position"].values[n, frame]
+        z = film["position"].values[n, frame]
         z = z[np.isfinite(z)]
         circles = [patch for patch in axes.patches if isinstance(patch, Circle)]
         np.testing.assert_allclose([circle.center[0] for circle in circles], z)
@@ -344,3 +347,8 @@ def test_strip_of_all_stations_shows_one_moment_to_scale(data):
         assert f"$L/D$ = {STATIONS[n]:g}" in axes.get_ylabel()
     bar = figure.axes[0].lines[-1].get_xdata()
     assert bar[1] - bar[0] == pytest.approx(0.5)  # 50 um of 100 um
+
+
+def test_the_strip_needs_the_units_of_its_study(film):
+    with pytest.raises(figures.FigureError, match=r"allowed: with the file units\.nc"):
+        figures.draw("stations_De5_phi0.01", film, BETA)

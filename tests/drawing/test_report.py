@@ -13,11 +13,14 @@ from harness import output
 from synthetic import DEMO_NODES, dns_result, triplet
 
 from viscotrain.drawing import interactive
+from viscotrain.fluid.parameters import Fluid
+from viscotrain.fluid.units import physical_units
 from viscotrain.table.assembly import combine
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.words import MIDDLE
 
+UNITS = physical_units(Fluid(1.0), {}, channel_diameter=100e-6, particle_diameter=20e-6)
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 
@@ -54,7 +57,7 @@ def data_of(page: str) -> dict:
 
 def test_page_holds_the_interpolant_and_the_nodes(train):
     table = velocity_table()
-    data = data_of(interactive.page(table, [train], "test", 100e-6))
+    data = data_of(interactive.page(table, UNITS, [train], "test"))
     layer = data["layers"][1]
     assert [item["name"] for item in data["layers"]] == ["0", "1"]
     row, column = 30, 50  # along sf, along sp
@@ -72,7 +75,7 @@ def test_page_holds_the_interpolant_and_the_nodes(train):
 
 
 def test_holes_are_shown_and_not_painted_over():
-    data = data_of(interactive.page(velocity_table([(1.5, 2.5)]), [], "test", 100e-6))
+    data = data_of(interactive.page(velocity_table([(1.5, 2.5)]), UNITS, [], "test"))
     assert data["layers"][0]["surface"] is not None
     layer = data["layers"][1]
     assert layer["surface"] is None
@@ -82,7 +85,7 @@ def test_holes_are_shown_and_not_painted_over():
 
 
 def test_tracks_are_those_of_the_trains(train):
-    (item,) = data_of(interactive.page(velocity_table(), [train], "test", 100e-6))["trains"]
+    (item,) = data_of(interactive.page(velocity_table(), UNITS, [train], "test"))["trains"]
     np.testing.assert_allclose(item["positions"], train["track_position"], atol=1e-3)
     assert item["name"] == "De = 1, volume fraction 1 %"
     assert item["centimetres"][-1] == pytest.approx(0.2)
@@ -107,7 +110,7 @@ def opened(path: Path, fragment="") -> tuple[str, list[str]]:
 @pytest.mark.slow
 def test_page_runs_in_a_browser(train, tmp_path):
     path = tmp_path / "page.html"
-    text = interactive.page(velocity_table(), [train], "test", 100e-6)
+    text = interactive.page(velocity_table(), UNITS, [train], "test")
     path.write_text(text, encoding="utf-8")
     assert len(text) < 8e6
     shown, console = opened(path, "#deborah=0&station=40")

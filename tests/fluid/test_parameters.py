@@ -1,4 +1,4 @@
-"""Fluid and scales: scaling, invariance, the Newtonian limit, physical factors by hand."""
+"""Fluid and scales: scaling, invariance, the Newtonian limit."""
 
 import math
 from types import SimpleNamespace
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from viscotrain.errors import FluidError
-from viscotrain.fluid.parameters import DimensionlessFluid, Mode, Scales, mean_spacing
+from viscotrain.fluid.parameters import DimensionlessFluid, Mode, mean_spacing
 
 ROUND_OFF = 1e-14  # a few operations in double precision
 
@@ -76,48 +76,6 @@ def test_mean_relaxation_time_is_weighted_by_viscosity():
 def test_unscaled_fluid_is_refused(solvent, modes, message):
     with pytest.raises(FluidError, match=message):
         DimensionlessFluid(solvent, modes)
-
-
-def scales(deborah, modes=HYALURONIC_ACID):
-    return Scales.at(
-        deborah,
-        DimensionlessFluid.from_physical(0.051, modes),
-        zero_shear_viscosity=0.562,
-        longest_relaxation_time=modes[0].relaxation_time if modes else math.nan,
-        channel_diameter=100e-6,
-        particle_diameter=20e-6,
-    )
-
-
-def test_physical_factors_by_hand():
-    """De = 5 in a channel of 100 um: 6.65 mm/s and 3.1 uL/min."""
-    at_five = scales(5)
-    velocity = 5 * 100e-6 / 0.0752
-    assert at_five.mean_velocity == pytest.approx(velocity, rel=ROUND_OFF)
-    assert at_five.mean_velocity == pytest.approx(6.65e-3, abs=5e-6)
-    assert at_five.flow_rate == pytest.approx(3.1, abs=0.05)
-    assert at_five.time == pytest.approx(0.0752 / 5, rel=ROUND_OFF)
-    assert at_five.stress == pytest.approx(0.562 * velocity / 100e-6, rel=ROUND_OFF)
-    assert at_five.channel_diameter == pytest.approx(0.1, rel=ROUND_OFF)
-    assert at_five.particle_diameter == pytest.approx(0.02, rel=ROUND_OFF)
-    mean = (0.257 * 0.0752 + 0.254 * 0.00848) / 0.511
-    assert at_five.deborah_mean_relaxation_time == pytest.approx(5 * mean / 0.0752, rel=ROUND_OFF)
-
-
-@pytest.mark.parametrize("modes", [HYALURONIC_ACID, ()])
-def test_newtonian_limit_has_no_velocity_scale(modes):
-    at_zero = scales(0, modes)
-    assert at_zero.deborah_longest_mode == at_zero.deborah_mean_relaxation_time == 0
-    assert at_zero.channel_diameter == pytest.approx(0.1)
-    for name in ("mean_velocity", "time", "flow_rate", "stress"):
-        assert math.isnan(getattr(at_zero, name))
-
-
-def test_quantities_say_their_units_and_meaning():
-    quantities = {quantity.name: quantity for quantity in scales(5).quantities()}
-    assert quantities["flow_rate"].units == "uL min-1"
-    assert quantities["mean_velocity"].value == scales(5).mean_velocity
-    assert all(quantity.units and quantity.long_name for quantity in quantities.values())
 
 
 def test_mean_spacing_fills_the_tube_with_the_volume_fraction():

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from harness import CONFIG, output, run_script, study
+from harness import CONFIG, output, run_script
 from matplotlib.patches import Rectangle
 from synthetic import triplet
 
-from viscotrain.config import stages
 from viscotrain.drawing import design_figures, figures
-from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Mode
+from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Fluid, Mode
+from viscotrain.fluid.units import physical_units
 from viscotrain.trains import design_map, statistics
 from viscotrain.trains.repeats import run_repeats
 
@@ -25,7 +25,15 @@ def alternating(low, high):
     return np.tile([low, high], 50)
 
 
-def point(deborah, volume_fraction, stations, scales=None):
+UNITS = physical_units(
+    Fluid(0.051, (Mode(0.257, LAMBDA_1), Mode(0.254, 0.00848))),
+    {De: De for De in (0.5, 1.0, 5.0)},
+    channel_diameter=D,
+    particle_diameter=d,
+)
+
+
+def point(deborah, volume_fraction, stations):
     """A result of `trains.run` whose spacings, one row per station, are known; two repeats."""
     spacing = xr.DataArray(
         np.stack([stations, stations]),
@@ -34,19 +42,7 @@ def point(deborah, volume_fraction, stations, scales=None):
     )
     law = 2 / 3 * 0.2**2 / volume_fraction
     dataset = statistics.statistics(spacing, law)
-    velocity = deborah * D / LAMBDA_1
-    for name, value in {
-        "deborah": deborah,
-        "deborah_longest_mode": deborah,
-        "volume_fraction": volume_fraction,
-        "confinement": 0.2,
-        "channel_diameter": 1e3 * D,
-        "particle_diameter": 1e3 * d,
-        "flow_rate": math.pi / 4 * D**2 * velocity * 60e9,
-        "stress": ETA_0 * velocity / D,
-    }.items():
-        dataset[name] = ((), value, {"units": "as named", "long_name": name})
-    return dataset
+    return dataset.assign(deborah=deborah, volume_fraction=volume_fraction, confinement=0.2)
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +52,7 @@ def hand_made():
     lost = [alternating(3.6, 4.4), alternating(3.6, 4.4), alternating(1.0, 7.0)]
     return design_map.combine(
         [point(5.0, 0.01, lost), point(1.0, 0.006, ordering), point(5.0, 0.006, lost)],
+        units=UNITS,
         fluid=NEWTONIAN,
         ordered_variation=0.3,
     )
@@ -125,8 +122,8 @@ def test_physical_units_by_hand(hand_made):
 def test_shear_thinning_lowers_the_pressure_drop():
     fluid = DimensionlessFluid(0.1, (Mode(0.9, 1.0, 0.3),))
     points = [point(De, 0.006, [alternating(3, 5)] * 3) for De in (1.0, 5.0)]
-    thinning = design_map.combine(points, fluid=fluid, ordered_variation=0.3)
-    newtonian = design_map.combine(points, fluid=NEWTONIAN, ordered_variation=0.3)
+    thinning = design_map.combine(points, units=UNITS, fluid=fluid, ordered_variation=0.3)
+    newtonian = design_map.combine(points, units=UNITS, fluid=NEWTONIAN, ordered_variation=0.3)
     share = (thinning["pressure_drop"] / newtonian["pressure_drop"]).isel(station=-1).values
     assert 0.1 < share[1] < share[0] < 1  # 0.1 is that of the solvent alone
 
@@ -231,12 +228,14 @@ def test_scripts_from_the_command_line(tiny_table, tmp_path):
     for phi in ("0.01", "0.015"):
         condition = ["--deborah", "1", "--volume-fraction", phi]
         run("trains.py", "--design-map", *condition, tiny_table, f"phi{phi}.nc")
-    words = run("design_map.py", "map.nc", "phi0.015.nc", "phi0.01.nc", "--figures", "figures")
+    run("units.py", "units.nc")
+    words = run(
+        "design_map.py", "map.nc", "units.nc", "phi0.015.nc", "phi0.01.nc", "--figures", "figures"
+    )
     assert (tmp_path / "figures" / "spacing_law.png").exists()
     assert (tmp_path / "figures" / "design_map.csv").exists()
     assert "of 2 conditions" in words
     result = xr.load_dataset(tmp_path / "map.nc")
-    scales = stages.physical(study()).scales(1.0)
-    assert float(result["flow_rate"][0]) == scales.flow_rate
+    assert result["flow_rate"][0] == xr.load_dataset(tmp_path / "units.nc")["flow_rate"][-1]
     assert result["volume_fraction"].values.tolist() == [0.01, 0.015]
     assert result["station"].values.tolist() == [0, 5, 10, 15, 20]

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
 
@@ -21,7 +22,8 @@ MICROLITRES_PER_MINUTE = 60e9  # of one m^3/s
 MILLIMETRES = 1e3  # of one m
 CENTIMETRES, MICROMETRES = 0.1, 1e3  # of one mm
 
-FACTORS = {  # units and meaning
+WORDS = ("units", "long_name")
+FACTORS = {
     "deborah": ("1", "Deborah number, as the study defines it"),
     "deborah_longest_mode": ("1", "Deborah number of the longest relaxation time"),
     "deborah_mean_relaxation_time": (
@@ -63,7 +65,7 @@ def physical_units(
     De = np.array(list(longest_modes.values()), dtype=float)
     flowing = De > 0
     Ubar = np.where(flowing, De * D / lambda_1, math.nan)
-    values = {
+    factors: dict[str, ArrayLike] = {
         "deborah": list(longest_modes),
         "deborah_longest_mode": De,
         "deborah_mean_relaxation_time": np.where(flowing, De * scaled.mean_relaxation_time, 0.0),
@@ -75,11 +77,7 @@ def physical_units(
         "stress": fluid.zero_shear_viscosity * Ubar / D,
     }
     variables = {
-        name: (
-            ["deborah"] if np.ndim(value) else [],
-            value,
-            dict(zip(("units", "long_name"), FACTORS[name], strict=True)),
-        )
-        for name, value in values.items()
+        name: (["deborah"] * np.ndim(values), values, dict(zip(WORDS, FACTORS[name], strict=True)))
+        for name, values in factors.items()
     }
     return xr.Dataset(variables).set_coords("deborah")

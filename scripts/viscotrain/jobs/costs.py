@@ -227,9 +227,9 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     jobs = len(work.flows_left) + len(trains)
     frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)
     # Besides: design points by De and the map of them, figures of study, velocities and trains,
-    # field, table, page and summary.
+    # field, table, units, page and summary.
     rows = len({De for De, _ in study.map_conditions()})
-    started = jobs + len(films) + rows + len(work.trains) + 7
+    started = jobs + 2 * len(films) + rows + len(work.trains) + 8
     # The flow that is drawn is solved once more, without being one of the table's jobs.
     rest = START_UP * started + FIGURE * figures + FRAME * frames + sum(design_map) + mean
     rest = rest if jobs else 0.0

@@ -81,7 +81,6 @@ def combine(
     deborah = sorted({float(point["deborah"]) for point in points})
     phi = sorted({float(point["volume_fraction"]) for point in points})
     values = _filled(points, deborah, phi)
-    own = units.sel(deborah=deborah)
     order = np.apply_along_axis(
         lambda variation: ordering_length(z, variation, ordered_variation),
         -1,
@@ -90,40 +89,41 @@ def combine(
     order[np.isnan(values["mean_spacing"]).all(axis=-1)] = math.nan  # not simulated
     grid = ["deborah", "volume_fraction", "station"]
     text = points[0]
-    dataset = xr.Dataset(
+    return xr.Dataset(
         {name: (grid, values[name], dict(text[name].attrs)) for name in NAMES}
         | {
             "spacing_mode": (grid, values["spacing_mode"], _words("1", MODE)),
             "ordering_length": (grid[:2], order, _words("1", ORDERING_LENGTH)),
-            "flow_rate": own["flow_rate"].variable,
-            "pressure_drop": (
-                [grid[0], grid[2]],
-                _pressure_drop(own, fluid, z),
-                _words("bar", PRESSURE_DROP),
-            ),
             "ordered_variation": ((), ordered_variation, _words("1", THRESHOLD)),
-        },
+            "confinement": text["confinement"],
+        }
+        | _physical(units.sel(deborah=deborah), fluid, z),
         coords={
             "deborah": (grid[0], deborah, dict(text["deborah"].attrs)),
             "volume_fraction": (grid[1], phi, dict(text["volume_fraction"].attrs)),
             "station": text["station"],
-            "length": (
-                grid[2],
-                CENTIMETRES * float(own["channel_diameter"]) * z,
-                _words("cm", "position along the channel, the length of one that ends there"),
-            ),
         },
         attrs=dict(attributes or {}),
-    )
-    diameters = {name: own[name].variable for name in ("channel_diameter", "particle_diameter")}
-    return dataset.assign(confinement=text["confinement"], **diameters)
+    ).set_coords("length")
 
 
-def _pressure_drop(units: xr.Dataset, fluid: DimensionlessFluid, z: NDArray) -> NDArray:
-    """Of the flow without spheres, from the inlet to z in D, in bar, shape (deborah, station)."""
+def _physical(units: xr.Dataset, fluid: DimensionlessFluid, z: NDArray) -> dict[str, xr.Variable]:
+    """What of the map is in physical units: diameters, flow rate, length, pressure drop.
+
+    Args:
+        units: At the Deborah numbers of the map.
+        fluid: For the pressure gradient.
+        z: Stations in D, shape (station,).
+    """
     longest_modes = units["deborah_longest_mode"].values
     gradient = np.array([pipe_flow(fluid, float(De)).pressure_gradient for De in longest_modes])
-    return (BAR * gradient * units["stress"].values)[:, None] * z
+    drop = (BAR * gradient * units["stress"].values)[:, None] * z
+    length = CENTIMETRES * float(units["channel_diameter"]) * z
+    taken = ("channel_diameter", "particle_diameter", "flow_rate")
+    return {name: units[name].variable for name in taken} | {
+        "length": xr.Variable(["station"], length, _words("cm", LENGTH)),
+        "pressure_drop": xr.Variable(["deborah", "station"], drop, _words("bar", PRESSURE_DROP)),
+    }
 
 
 def _filled(points: Sequence[xr.Dataset], deborah: list, phi: list) -> dict[str, NDArray]:
@@ -144,6 +144,7 @@ ORDERING_LENGTH = (
     "spacing is not above ordered_variation; inf: it is above at the outlet"
 )
 MODE = "most frequent spacing of all repeats together, centre of the highest bin"
+LENGTH = "position along the channel, the length of one that ends there"
 PRESSURE_DROP = "pressure drop of the flow without spheres, from the inlet to the position"
 THRESHOLD = "coefficient of variation of the spacing of a train that counts as ordered"
 
