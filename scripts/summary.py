@@ -17,9 +17,11 @@ from viscotrain.trains import design_map, repeats
 def of_table(path: Path, timing: list[Path]) -> list[str]:
     """Points, errors and times."""
     table = xr.load_dataset(path)
-    total, missing = table["status"].size, len(list(points.holes(table)))
-    twins = int((table["origin"] != attributes.ITSELF).sum()) if "origin" in table else 0
+    total, missing = points.count(table), len(list(points.holes(table)))
+    twins = int(table["origin"].isin([attributes.SAME_PAIR, attributes.MIRROR]).sum())
     shared = f"; {twins} by the simulation of the same flow" if twins else ""
+    if between := points.interpolated_points(table):
+        shared += f"; {between} interpolated between every second distance"
     cpu = sum(pd.read_csv(file)["cpu_seconds"].sum() for file in timing)
     return [
         str(table.attrs["title"]),

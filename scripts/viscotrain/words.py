@@ -5,6 +5,7 @@ This module imports nothing: the workflow reads it for every job.
 
 PARTICLES = ("trailing", "middle", "leading")  # spheres of a triplet, along the flow
 TRAILING, MIDDLE, LEADING = range(3)
+OF_A_PAIR = ("trailing", "leading")  # spheres of a pair alone
 PAIRS = ("middle-trailing", "leading-middle")  # sphere ahead minus sphere behind
 
 SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE = range(4)  # status of a simulated point

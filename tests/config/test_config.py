@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import check_geometries
+from viscotrain.config.geometries import check_geometries, pair_distances, simulated, wanted
 from viscotrain.config.names import geometry_name, number_name, parse_distance, train_name
 from viscotrain.config.reading import load_study, parse_study, read_yaml, schema
 from viscotrain.config.study import Study
@@ -712,12 +712,36 @@ def test_check_geometries_lie_next_to_contact_first():
     assert (sp, sf) == (1.269, 1.5)  # 2/(1/1.1 + 1/1.5), 2/(1/1.2 + 1/2)
 
 
-def test_check_geometries_of_one_distance_lie_between_it_and_infinity():
-    assert check_geometries(grid([1.5], [1.1, 2], 5)) == ((3.0, 1.419),)
+def test_check_geometries_reach_beyond_the_last_distance():
+    assert check_geometries(grid([1.5], [1.1, 2], 5)) == ((3.0, 1.419), (3.0, 4.0))
 
 
 def test_no_check_geometries_on_request():
     assert check_geometries(grid([1.1, 2], [1.1, 2], 0)) == ()
+
+
+def test_pairs_are_finer_than_triplets_and_reach_farther():
+    study = grid([1.1, 2], [1.1, 3], 0)
+    expected = (1.1, 1.419, 2, 2.4, 3, 3.75, 4.688, 5.86, 7.325, 9.156, 11.45, 14.31)
+    assert pair_distances(study) == expected
+    assert all((s, INF) in wanted(study, 1.0) for s in expected)
+    own = parse_study(changed({"table.pair": [1.7, 20.0]}))
+    assert pair_distances(own) == tuple(sorted({*own.table.sp[:-1], *own.table.sf[:-1], 1.7, 20.0}))
+
+
+def test_every_second_distance_of_triplets_at_some_deborah_numbers():
+    axis = [1.1, 1.5, 2.5, INF]
+    sections = {"table.sp": axis, "table.sf": axis, "table.every_second": [5.0]}
+    study = parse_study(changed(sections))
+    simulated_there = {each for each, De in simulated(study).items() if 5.0 in De}
+    assert (axis[0], axis[2]) in simulated_there
+    assert (axis[0], axis[1]) not in simulated_there
+    assert {(s, INF) for s in axis} <= simulated_there
+    assert set(check_geometries(study)) <= simulated_there
+    with pytest.raises(ConfigError, match=r"table.every_second\[0\]: found 0\.0; allowed: a Deborah"):
+        parse_study(changed({"table.every_second": [0.0]}))
+    with pytest.raises(ConfigError, match=r"table.check: found 0; allowed: at least 1 with"):
+        parse_study(changed({"table.every_second": [5.0], "table.check": 0}))
 
 
 hundredths = st.integers(min_value=101, max_value=3000)  # nodes closer than that are no grid
@@ -737,6 +761,6 @@ def test_check_geometries_lie_in_cells_of_their_own(sp, sf, check):
 
     cells = {(cell(study.table.sp, a), cell(study.table.sf, b)) for a, b in points}
     assert len(cells) == len(points)
-    assert len(points) == min(check, max(len(sp) - 1, 1) * max(len(sf) - 1, 1))
+    assert len(points) == min(check, len(sp) * len(sf))
     fewer = check_geometries(grid(sp, sf, max(check - 1, 0)))
     assert points[: len(fewer)] == fewer

@@ -6,19 +6,19 @@ import pytest
 import xarray as xr
 import yaml
 from harness import run_script, written
-from synthetic import DEMO_NODES, dns_result, superposed, triplet
+from synthetic import DEMO_NODES, SINGLE, dns_result, superposed, triplet
 
 from viscotrain.errors import TableError
 from viscotrain.jobs import datasets
 from viscotrain.table.assembly import combine
-from viscotrain.table.attributes import ITSELF, MIRROR, SAME_PAIR
-from viscotrain.table.check import check_errors
+from viscotrain.table.attributes import INTERPOLATED, ITSELF, MIRROR, SAME_PAIR
+from viscotrain.table.check import check_errors, combine_and_check
 from viscotrain.table.description import largest_error, summary
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.pairs import pair_velocity
-from viscotrain.table.points import holes, inaccurate_points
+from viscotrain.table.points import holes, inaccurate_points, interpolated_points
 from viscotrain.table.present import after_start_up
-from viscotrain.table.triplets import simulations
+from viscotrain.table.triplets import every_second, simulations
 from viscotrain.words import INACCURATE
 
 INF = np.inf
@@ -183,7 +183,7 @@ def test_check_errors_at_holes_are_not_known():
 
 
 def test_file_is_the_same_byte_for_byte_and_reads_back(tmp_path):
-    table = check_errors(combined(results(), attributes={"title": "test"}), [dns_result(1.5, 2.0)])
+    table = check_errors(combined(results()).assign_attrs(title="test"), [dns_result(1.5, 2.0)])
     datasets.write(table, tmp_path / "a.nc")
     time.sleep(1.1)  # clocks in a file count seconds
     datasets.write(table, tmp_path / "new" / "a.nc")
@@ -208,7 +208,7 @@ def test_pair_velocity_is_that_of_the_law():
 
 def test_summary_tells_what_a_person_wants():
     parts = [*results()[:-2], dns_result(INF, 5.0, unsolved=[1.0]), dns_result(INF, INF)]
-    table = combined(parts, max_holes=1, attributes={"title": "a table", "git_commit": "abc"})
+    table = combined(parts, max_holes=1).assign_attrs(title="a table", git_commit="abc")
     text = summary(check_errors(table, [dns_result(1.5, 2.0)]))
     for words in (
         "a table",
@@ -226,7 +226,7 @@ def test_summary_tells_what_a_person_wants():
 
 def test_summary_of_a_newtonian_table():
     newtonian = combined(results())
-    newtonian["velocity"][:] = 1.95
+    newtonian["velocity"][:] = newtonian["pair_velocity"][:] = 1.95
     assert "De 0: no relative motion above 1e-06 Ubar" in summary(newtonian)
     assert "not measured (table.check is 0)" in summary(newtonian)
 
@@ -237,7 +237,7 @@ def test_summary_of_a_newtonian_table():
 @pytest.fixture
 def config(tmp_path):
     """A config file with the axes of the demo, and one result file per geometry and check."""
-    table = {"sp": DEMO_NODES, "sf": DEMO_NODES, "check": 2}
+    table = {"sp": DEMO_NODES, "sf": DEMO_NODES, "pair": [], "check": 2}
     path = tmp_path / "config.yaml"
     path.write_text(yaml.safe_dump(written(table=table, figures={})))
     geometries = [*itertools.product(DEMO_NODES, DEMO_NODES), (1.3, 1.9), (3.1, 1.9)]
@@ -284,11 +284,16 @@ def symmetric_result(sp, sf, deborah):
     return result
 
 
+def all_needed(grid):
+    """What is simulated of a grid that is wanted at every De."""
+    return simulations({De: grid for De in DEBORAH})
+
+
 @pytest.mark.parametrize("axis", [[1.1, 1.5, INF], DEMO_NODES])
 def test_a_flow_with_two_names_is_in_the_table_twice(axis):
     """Of all simulations, those that are needed make the same table."""
     grid = list(itertools.product(axis, axis))
-    needed = simulations(grid, DEBORAH)
+    needed = all_needed(grid)
     every = [symmetric_result(*triplet, DEBORAH) for triplet in grid]
     few = [symmetric_result(*triplet, own) for triplet, own in needed.items()]
     axes = {"sp": axis, "sf": axis, "deborah": DEBORAH}
@@ -316,7 +321,7 @@ def test_a_twin_that_failed_makes_two_holes():
 def test_a_triplet_is_not_simulated_as_one_that_is_not_wanted():
     """Only sf has 1.2, so its pair and its triplets stand for themselves."""
     grid = list(itertools.product([1.1, 2.0, INF], [1.1, 1.2, INF]))
-    needed = simulations(grid, DEBORAH)
+    needed = all_needed(grid)
     assert needed[INF, 1.2] == needed[2.0, 1.2] == needed[2.0, 1.1] == DEBORAH
     assert (INF, 1.1) not in needed
 
@@ -395,7 +400,7 @@ def test_transient_results_between_the_nodes_are_compared_at_their_present_dista
 
 def test_a_start_up_of_a_pair_has_its_present_distance_under_both_names():
     parts = transient_results()
-    needed = simulations(list(itertools.product(DEMO_NODES, DEMO_NODES)), DEBORAH)
+    needed = all_needed(list(itertools.product(DEMO_NODES, DEMO_NODES)))
     few = [
         part
         for part in parts
@@ -421,3 +426,118 @@ def test_a_start_up_that_fails_is_a_hole():
         combined(parts.values())
     table = combined(parts.values(), max_holes=1)
     assert list(holes(table)) == [(1.0, 1.1, 1.2)]
+
+
+# ------------------------------------------------------------------------------ every second
+
+
+SIX = [1.1, 1.3, 1.7, 2.2, 3.0, 4.5, INF]
+PAIR = np.geomspace(1.1, 16, 40).tolist()
+AXES = {"sp": SIX, "sf": SIX, "pair": sorted({*SIX[:-1], *PAIR}), "deborah": DEBORAH}
+
+
+def together(sp, sf, De):
+    """U of spheres of which pairs feel De, and what a third one adds does not."""
+    a, b = (lambda s, k=k: k * (1 + De) * np.exp(-(s - 1) / 1.3) for k in (-2e-3, -1e-3))
+    third = 1e-3 * np.exp(-(sp - 1)) * np.exp(-(sf - 1) / 0.8)
+    outer = np.array([a(sp + sf), 0.0, b(sp + sf)])
+    return SINGLE + np.array([a(sp), b(sp) + a(sf), b(sf)]) + outer + third * np.array([1, 2, -1])
+
+
+def every_second_results(law=together):
+    """Simulations of a grid in which De = 1 is simulated at every second distance only."""
+    grid = list(itertools.product(SIX, SIX))
+    coarse = set(itertools.product(every_second(SIX), every_second(SIX)))
+    pairs = {(s, INF) for s in AXES["pair"]}
+    results = []
+    for sp, sf in {*grid, *pairs}:
+        De = DEBORAH if (sp, sf) in coarse | pairs else [0.0]
+        result = dns_result(sp, sf, De)
+        missing = np.isinf([sp, 0.0, sf])
+        result["velocity"][:] = [np.where(missing, np.nan, law(sp, sf, each)) for each in De]
+        results.append(result)
+    return results, coarse
+
+
+def test_every_second_distance_and_infinity():
+    assert every_second(SIX) == [1.1, 1.7, 3.0, INF]
+    assert every_second(SIX[1:]) == [1.3, 2.2, 4.5, INF]
+    assert every_second([2.0, INF]) == [2.0, INF]
+
+
+def test_what_changes_with_deborah_is_interpolated_between_every_second_distance():
+    results, coarse = every_second_results()
+    table = combine(results, **AXES, every_second=[1.0])
+    assert not list(holes(table))
+    filled = table["origin"].sel(deborah=1.0) == INTERPOLATED
+    assert int(filled.sum()) == interpolated_points(table) == 36 - 9
+    for sp, sf in itertools.product(SIX, SIX):
+        point = table.sel(deborah=1.0, sp=sp, sf=sf)
+        exact = together(sp, sf, 1.0)
+        if (sp, sf) in coarse or INF in (sp, sf):
+            there = np.isfinite([sp, 0.0, sf])
+            np.testing.assert_array_equal(point["velocity"][there], exact[there])
+        else:
+            assert int(point["origin"]) == INTERPOLATED
+            np.testing.assert_allclose(point["velocity"], exact, rtol=0, atol=1e-7)
+            assert np.isnan(point["velocity_error"])
+    assert "De 1: every second distance is simulated; 27 points" in summary(table)
+
+
+def test_a_hole_at_every_second_distance_leaves_all_between_them_open():
+    results, _ = every_second_results()
+    for result in results:
+        if (result["sp"], result["sf"]) == (1.7, 3.0):
+            result["velocity"][1], result["status"][1] = np.nan, 1
+            result["reason"] = ("deborah", ["", "stuck"])
+    table = combine(results, **AXES, every_second=[1.0], max_holes=28)
+    assert len(list(holes(table))) == 1 + 27
+    with pytest.raises(TableError, match=r"28 of .*\n  De 1, sp 1\.7, sf 3: stuck"):
+        combine(results, **AXES, every_second=[1.0])
+
+
+def test_every_second_distance_is_refused_where_it_is_not_enough():
+    results, _ = every_second_results()
+    check = dns_result(1.2, 1.5)
+    check["velocity"][:] = [together(1.2, 1.5, De) for De in DEBORAH]
+    limits = {"every_second": [1.0], "accuracy": 1e-5, "relative_accuracy": 0.02}
+    checked = combine_and_check([*results, check], **AXES, **limits)
+    assert checked.sizes["check"] == 1
+    check["velocity"][1, 1] += 2e-4
+    with pytest.raises(TableError, match=r"(?s)at De 1, .*wrong at 1 of 1.*sp 1\.2, sf 1\.5: 2"):
+        combine_and_check([*results, check], **AXES, **limits)
+
+
+# ------------------------------------------------------------------------------- pairs
+
+
+def test_pairs_between_the_nodes_are_in_the_table_and_used():
+    between = [1.3, 7.0, 14.0]
+    distance = sorted({*SP[:-1], *SF[:-1], *between})
+    more = [dns_result(s, INF) for s in between]
+    table = combined([*results(), *more], pair=distance)
+    U = table["pair_velocity"].sel(pair_distance=1.3, deborah=1.0)
+    np.testing.assert_array_equal(U, superposed(1.3, INF, scale=2)[:2])
+    finer, coarser = VelocityTable(table).at(1.0), VelocityTable(combined(results())).at(1.0)
+    for s in between:
+        error = [abs(v(s, INF) - superposed(s, INF, scale=2)).max() for v in (finer, coarser)]
+        assert error[0] < 1e-14 < error[1]
+
+
+def test_a_pair_that_is_missing_is_a_hole():
+    distance = sorted({*SP[:-1], *SF[:-1], 1.3})
+    table = combined(results(), pair=distance, max_holes=2)
+    assert list(holes(table)) == [(0.0, 1.3, INF), (1.0, 1.3, INF)]
+    with pytest.raises(TableError, match=r"2 of 26 points"):
+        combined(results(), pair=distance)
+    with pytest.raises(TableError, match="holes are never filled"):
+        VelocityTable(table).at(0.0)
+
+
+def test_transient_pairs_are_carried_to_their_distances():
+    table = combine(transient_results(), sp=DEMO_NODES, sf=DEMO_NODES, deborah=DEBORAH)
+    moved = table["present_pair_distance"].sel(deborah=1.0) - table["pair_distance"]
+    assert float(abs(moved).max()) > 0.02
+    exact = superposed(np.array(DEMO_NODES[:-1]), INF, scale=2)[:, :2]
+    error = abs(table["pair_velocity"].sel(deborah=1.0).values - exact)
+    assert error.max() < 2e-4  # from four distances

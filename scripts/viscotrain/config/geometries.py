@@ -2,12 +2,15 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 from viscotrain.config.problems import INFINITY
 from viscotrain.config.study import Study
-from viscotrain.table.triplets import Triplet, simulations
+from viscotrain.table.triplets import Triplet, every_second, simulations
+
+FARTHEST_PAIR = 12.0  # d, that pairs reach at least
+SMALLEST_RATIO, LARGEST_RATIO = 1.1, 1.5  # of two distances of pairs beyond those of triplets
 
 
 def check_geometries(study: Study) -> tuple[tuple[float, float], ...]:
@@ -15,9 +18,9 @@ def check_geometries(study: Study) -> tuple[tuple[float, float], ...]:
 
     Each lies in the middle, in 1/s, of a cell of its own. The first cell is the one next to
     contact; the others follow a low-discrepancy sequence (R2, M. Roberts 2018), so a larger number
-    keeps the earlier points. Cells that reach to infinity count only where an axis has no other.
+    keeps the earlier points. Cells that reach to infinity are among them.
     """
-    cells_sp, cells_sf = _cell_middles(study.table.sp), _cell_middles(study.table.sf)
+    cells_sp, cells_sf = _middles(study.table.sp), _middles(study.table.sf)
     wanted = min(study.table.check, len(cells_sp) * len(cells_sf))
     plastic = 1.324717957244746  # root of x^3 = x + 1, from which R2 takes its two steps
     chosen: dict[tuple[float, float], None] = {}
@@ -31,14 +34,43 @@ def check_geometries(study: Study) -> tuple[tuple[float, float], ...]:
 
 
 @lru_cache(maxsize=8)
+def pair_distances(study: Study) -> tuple[float, ...]:
+    """Distances at which two spheres alone are simulated, in d, ascending.
+
+    Pairs have one distance only, so they are resolved more finely than triplets: by default also
+    in the middles, in 1/s, between the distances of triplets, and, with the ratio of the last two,
+    beyond them as far as `FARTHEST_PAIR`.
+    """
+    own = sorted({s for s in (*study.table.sp, *study.table.sf) if math.isfinite(s)})
+    if study.table.pair is not None:
+        return tuple(sorted({*own, *study.table.pair}))
+    every = sorted({*own, *_middles(own)})
+    ratio = max(every[-1] / every[-2], SMALLEST_RATIO) if len(every) > 1 else LARGEST_RATIO
+    while every[-1] < FARTHEST_PAIR:
+        every.append(float(f"{every[-1] * min(ratio, LARGEST_RATIO):.4g}"))
+    return tuple(every)
+
+
+def wanted(study: Study, deborah: float) -> tuple[Triplet, ...]:
+    """Triplets (sp, sf) of the table whose velocities are simulated at a Deborah number."""
+    triplets: Iterable[Triplet] = study.geometries
+    if deborah in study.table.every_second:
+        sp, sf = every_second(study.table.sp), every_second(study.table.sf)
+        triplets = itertools.product(sp, sf)
+    pairs = [(s, INFINITY) for s in pair_distances(study)]
+    return tuple(dict.fromkeys([*triplets, *pairs]))
+
+
+@lru_cache(maxsize=8)
 def simulated(study: Study) -> dict[Triplet, tuple[float, ...]]:
     """Geometries (sp, sf) that are simulated, grid and check, each at its Deborah numbers.
 
     Flows that are the same are simulated once, see `triplets`.
     """
     deborahs = study.deborah.values
-    checks = simulations(check_geometries(study), deborahs)
-    return simulations(study.geometries, deborahs) | checks
+    own = simulations({De: wanted(study, De) for De in deborahs})
+    checks = simulations({De: check_geometries(study) for De in deborahs})
+    return own | {geometry: checks[geometry] for geometry in checks if geometry not in own}
 
 
 def simulated_deborahs(study: Study, sp: float, sf: float) -> tuple[float, ...]:
@@ -46,10 +78,8 @@ def simulated_deborahs(study: Study, sp: float, sf: float) -> tuple[float, ...]:
     return simulated(study).get((sp, sf), study.deborah.values)
 
 
-def _cell_middles(nodes: Sequence[float]) -> list[float]:
-    """Middles in 1/s, to four digits, of the cells between finite nodes."""
-    finite = [s for s in nodes if math.isfinite(s)]
-    nodes = finite if len(finite) > 1 else [*finite, INFINITY]
+def _middles(nodes: Sequence[float]) -> list[float]:
+    """Middles in 1/s, to four digits, of the cells between nodes."""
     middles = []
     for low, high in itertools.pairwise(nodes):
         middle = 2 / (1 / low + 1 / high)

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from pydantic import model_serializer
 
-from viscotrain.config.keys import DeborahNumber, Distance, ListOf, Section, key
+from viscotrain.config.keys import DeborahNumber, Distance, FiniteDistance, ListOf, Section, key
 from viscotrain.errors import FluidError
 from viscotrain.fluid.parameters import Fluid, Mode
 
@@ -133,6 +133,22 @@ class TableConfig(Section):
         unit="d",
         min_length=2,
         rule="ascending, the last one .inf",
+    )
+    pair: ListOf[FiniteDistance] | None = key(
+        "distances of two spheres alone, besides those of sp and sf; null = one between any two of "
+        "these, and beyond them to at least 12",
+        symbol="s",
+        unit="d",
+        default=None,
+        rule="ascending",
+    )
+    every_second: ListOf[DeborahNumber] = key(
+        "Deborah numbers at which triplets are simulated at every second distance only, from the "
+        "smallest on; between these, what changes from the smaller De is interpolated",
+        symbol="De",
+        unit="1",
+        default=(),
+        rule="each one of deborah.values but the smallest, ascending; needs table.check",
     )
     check: int = key(
         "geometries between the nodes that are solved to measure the interpolation error, each in "

@@ -124,6 +124,16 @@ def _member(key: str, of: str):
     return check
 
 
+def _every_second_is_checked(config: Readable) -> Iterator[Problem]:
+    smallest = config.items("deborah.values")[0]
+    for location, De in config.indexed("table.every_second"):
+        if De == smallest:
+            yield _conflict(location, De, "a Deborah number with a smaller one to start from")
+    if config.value("table.every_second") and config.value("table.check") == 0:
+        allowed = "at least 1 with table.every_second, whose error it measures"
+        yield _conflict(("table", "check"), 0, allowed)
+
+
 def _fluid_is_written_or_fitted(config: Readable) -> Iterator[Problem]:
     fluid = config.value("fluid")
     if not isinstance(fluid, Mapping):
@@ -224,6 +234,10 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _ascending("deborah.values"),
     _ascending("table.sp"),
     _ascending("table.sf"),
+    _ascending("table.pair"),
+    _ascending("table.every_second"),
+    _member("table.every_second", of="deborah.values"),
+    _every_second_is_checked,
     _closed("table.sp"),
     _closed("table.sf"),
     _member("trains.deborah", of="deborah.values"),

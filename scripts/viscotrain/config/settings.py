@@ -167,11 +167,25 @@ class ClosureGapSettings(Settings):
 
 
 class TableSettings(Settings):
-    """The grid of the table, and how many holes it may have."""
+    """What the table holds, how exact it must be, and how many holes it may have.
+
+    Attributes:
+        sp, sf: Distances of triplets in d.
+        pair: Distances of pairs alone in d, those of `sp` and `sf` among them.
+        deborah: Deborah numbers as the study defines them.
+        every_second: Those at which triplets are simulated at every second distance only.
+        accuracy: Error in Ubar that the interpolation may have there, in relative velocities.
+        relative_accuracy: The same as a share of the largest relative velocity of a geometry.
+        max_holes: Points that may be without a solution.
+    """
 
     sp: tuple[float, ...]
     sf: tuple[float, ...]
+    pair: tuple[float, ...]
     deborah: tuple[float, ...]
+    every_second: tuple[float, ...]
+    accuracy: float
+    relative_accuracy: float
     max_holes: int
 
 

@@ -5,7 +5,7 @@ A fluid that is still to be fitted is left out; see `settings`.
 
 from functools import lru_cache
 
-from viscotrain.config.geometries import simulated_deborahs
+from viscotrain.config.geometries import pair_distances, simulated_deborahs
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
     ClosureGapSettings,
@@ -114,7 +114,11 @@ def table(study: Study) -> TableSettings:
     return TableSettings(
         sp=study.table.sp,
         sf=study.table.sf,
+        pair=pair_distances(study),
         deborah=study.deborah.values,
+        every_second=study.table.every_second,
+        accuracy=study.dns.accuracy,
+        relative_accuracy=study.dns.relative_accuracy,
         max_holes=study.table.max_holes,
     )
 

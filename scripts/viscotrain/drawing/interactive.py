@@ -20,6 +20,7 @@ from plotly.offline import get_plotlyjs
 
 from viscotrain.drawing.conventions import DISTANCE_TICKS, distance_coordinate
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
+from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes
@@ -91,6 +92,8 @@ def _layers(table: xr.Dataset, grid: np.ndarray):
         for (i, sp), (j, sf) in itertools.product(
             *map(enumerate, (table["sp"].values, table["sf"].values))
         ):
+            if layer["origin"].values[i, j] == INTERPOLATED:
+                continue
             rough = layer["status"].values[i, j] == INACCURATE
             kind = "holes" if (sp, sf) in lost else "inaccurate" if rough else "solved"
             words = [

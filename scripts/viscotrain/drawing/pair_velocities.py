@@ -24,7 +24,7 @@ from viscotrain.drawing.style import COLUMN, MARKERS, Drawing, styled
 from viscotrain.table import pairs
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.points import holes
-from viscotrain.words import INACCURATE, NEGLIGIBLE
+from viscotrain.words import INACCURATE, NEGLIGIBLE, has_solution
 
 NODE_KINDS = ("simulated", "inaccurate", "hole")  # of a pair
 
@@ -105,16 +105,18 @@ def _draw_pair_nodes(axes: Axes, own: pd.DataFrame, marker: dict):
 def _pair_data(velocities: VelocityTable, deborah: float) -> pd.DataFrame:
     """Of a pair alone: nodes, holes, and the interpolant if there is one."""
     table = velocities.dataset
-    missing = [(sp, sf) for De, sp, sf in holes(table) if De == deborah]
-    nodes = pairs.tabulated_pair_velocity(table.isel(deborah=velocities.index(deborah)))
-    sf = table["sf"].values
-    lost = np.array([(np.inf, distance) in missing for distance in sf])
-    status = table["status"].isel(deborah=velocities.index(deborah)).sel(sp=np.inf).values
-    rough = ~lost & (status == INACCURATE)
+    missing = any(De == deborah for De, *_ in holes(table))
+    layer = table.isel(deborah=velocities.index(deborah))
+    nodes, distance = pairs.tabulated_pair_velocity(layer), layer["pair_distance"].values
+    lost = ~has_solution(layer["pair_status"].values) | np.isnan(nodes)
+    rough = ~lost & (layer["pair_status"].values == INACCURATE)
     known = ~lost & ~rough
-    parts = [("simulated", sf[known], nodes[known]), ("inaccurate", sf[rough], nodes[rough])]
+    parts = [
+        ("simulated", distance[known], nodes[known]),
+        ("inaccurate", distance[rough], nodes[rough]),
+    ]
     if any(lost):
-        parts.append(("hole", sf[lost], np.nan))
+        parts.append(("hole", distance[lost], np.nan))
     if not missing:
         s = all_distances()
         parts.append(("interpolated", s, pairs.pair_velocity(velocities.at(deborah), s)))

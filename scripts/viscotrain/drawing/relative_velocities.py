@@ -30,6 +30,7 @@ from viscotrain.drawing.conventions import (
     velocity_unit,
 )
 from viscotrain.drawing.style import GREY, PAGE, PALE_GREY, VERMILLION, Drawing, styled
+from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.points import holes
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PAIRS, PARTICLES
@@ -60,6 +61,7 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
 
     drawn = nodes if missing else surface
     error = largest_error(layer)
+    simulated = layer["origin"].transpose("sp", "sf").values != INTERPOLATED
     rough = _inaccurate_nodes(layer, missing)
     limit = float(np.nanmax(np.abs(drawn), initial=NEGLIGIBLE))
     power = power_of_ten(limit)
@@ -79,7 +81,7 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
             closest = distance_coordinate(velocities.smallest_distance)
             _draw_uncertainty(axes, x, scaled, error / 10**power, closest)
             _draw_zero(axes, x, scaled)
-            _draw_nodes(axes, sp, sf)
+            _draw_nodes(axes, sp, sf, simulated)
         draw_lubrication(axes, velocities.smallest_distance)
         _draw_holes(axes, missing)
         _draw_inaccurate(axes, rough)
@@ -164,9 +166,9 @@ def _inaccurate_nodes(layer: xr.Dataset, missing: Iterable) -> list[tuple[float,
     return [place for place in places if place not in missing]
 
 
-def _draw_nodes(axes: Axes, sp: NDArray, sf: NDArray):
+def _draw_nodes(axes: Axes, sp: NDArray, sf: NDArray, simulated: NDArray):
     p, f = np.meshgrid(distance_coordinate(sp), distance_coordinate(sf), indexing="ij")
-    axes.plot(p.ravel(), f.ravel(), ".", color="black", ms=3, clip_on=False, zorder=5)
+    axes.plot(p[simulated], f[simulated], ".", color="black", ms=3, clip_on=False, zorder=5)
 
 
 def _draw_coloured_nodes(axes: Axes, sp, sf, values, norm):

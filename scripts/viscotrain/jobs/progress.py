@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import simulated
+from viscotrain.config.geometries import simulated, wanted
 from viscotrain.config.names import geometry_name, point_name
 from viscotrain.config.settings import Settings
 from viscotrain.config.study import Study
@@ -74,18 +74,21 @@ def _files(study: Study, folder: Path) -> dict[Path, list[Point]]:
 def holes(study: Study, found: dict[Point, int]) -> int:
     """Points of the table that have no solution, by what is simulated already.
 
-    A neighbour that is not there needs the velocity of the single sphere.
+    A neighbour that is not there needs the velocity of the single sphere. What is interpolated
+    between points is not counted.
     """
-
-    def failed(sp: float, sf: float, De: float) -> bool:
-        simulation = *simulated_as(sp, sf, De, study.geometries), De
-        return not has_solution(found.get(simulation, SOLVED))
-
-    return sum(
-        failed(*geometry, De) or (math.inf in geometry and failed(math.inf, math.inf, De))
-        for geometry in study.geometries
-        for De in study.deborah.values
-    )
+    missing = 0
+    for De in study.deborah.values:
+        triplets = wanted(study, De)
+        own = set(triplets)
+        failed = {
+            triplet
+            for triplet in own
+            if not has_solution(found.get((*simulated_as(*triplet, De, own), De), SOLVED))
+        }
+        single = (math.inf, math.inf) in failed
+        missing += sum(each in failed or (single and math.inf in each) for each in triplets)
+    return missing
 
 
 def line(study: Study, name: str, result: xr.Dataset, folder: Path) -> str:

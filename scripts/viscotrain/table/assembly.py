@@ -4,12 +4,16 @@ Dimensions are (deborah, sp, sf, particle): sp and sf are the distances of the m
 trailing and to the leading one, centre to centre in d; infinity means no such neighbour. A point
 (De, sp, sf) without a solution is a hole: NaN with a status, never filled.
 
+Two spheres alone are simulated at more distances (`pair_distance`); at the distances of the grid
+they are the same simulations.
+
 Triplets that are the same flow (`triplets`) are simulated once; `spread` gives the result to both,
 and `origin` tells which points these are.
 """
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,25 +27,27 @@ from viscotrain.table.attributes import (
     ITSELF,
     MIRROR,
     PRESENT,
+    PRESENT_PAIR,
     SAME_PAIR,
     described,
 )
-from viscotrain.table.interpolation import (
-    MOST_NAMED,
-    name_geometries,
-)
-from viscotrain.table.points import holes
+from viscotrain.table.changes import interpolate_changes
+from viscotrain.table.interpolation import MOST_NAMED, name_geometries
+from viscotrain.table.points import count, holes
 from viscotrain.table.present import to_nodes
 from viscotrain.table.triplets import Triplet, twin
 from viscotrain.words import (
     LEADING,
     MIDDLE,
     NOT_ATTEMPTED,
+    OF_A_PAIR,
     PAIRS,
     PARTICLES,
     TRAILING,
     has_solution,
 )
+
+OF_PAIRS = ("deborah", "pair_distance")
 
 
 def combine(
@@ -50,8 +56,9 @@ def combine(
     sp: Sequence[float],
     sf: Sequence[float],
     deborah: Sequence[float],
+    pair: Sequence[float] | None = None,
+    every_second: Collection[float] = (),
     max_holes: int = 0,
-    attributes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Put the results of all geometries on the grid of the table.
 
@@ -64,16 +71,20 @@ def combine(
         sp: Distances of the grid in d, ascending, the last one infinite.
         sf: The same on the other axis.
         deborah: Deborah numbers of the grid, ascending, in the definition of the study.
+        pair: Distances of pairs alone in d, ascending; None for those of the grid.
+        every_second: Deborah numbers at which only every second distance is simulated, see
+            `changes`.
         max_holes: Points (De, sp, sf) that may be without a solution.
-        attributes: Global attributes.
 
     Raises:
         TableError: A geometry is not on the grid or comes twice, or there are too many holes.
     """
-    table = _empty(sp, sf, deborah, attributes or {})
+    finite = sorted({s for s in (*sp, *sf) if math.isfinite(s)})
+    table = _empty(sp, sf, deborah, finite if pair is None else pair)
+    wanted = [*itertools.product(sp, sf), *((s, math.inf) for s in table["pair_distance"].values)]
     reasons: dict[tuple[float, float, float], str] = {}
     seen: set[tuple[float, ...]] = set()
-    for result in spread(results, itertools.product(sp, sf)):
+    for result in spread(results, wanted):
         geometry = triplet_of(result)
         points = {(*geometry, De) for De in result["deborah"].values}
         if points & seen:
@@ -83,6 +94,8 @@ def combine(
     _complete(table)
     if PRESENT[0] in table:
         table = to_nodes(table)
+    for De in sorted(every_second):
+        interpolate_changes(table, De)
     _refuse_holes(table, max_holes, reasons)
     return table
 
@@ -150,9 +163,10 @@ def _complete(table: xr.Dataset):
         U[at] = U.isel(at).where(~solved, single)
 
 
-def _empty(sp, sf, deborah, attributes) -> xr.Dataset:
+def _empty(sp, sf, deborah, pair) -> xr.Dataset:
     grid = ("deborah", "sp", "sf")
     shape = len(deborah), len(sp), len(sf)
+    pairs = len(deborah), len(pair)
     table = xr.Dataset(
         {
             "velocity": ((*grid, "particle"), np.full((*shape, len(PARTICLES)), np.nan)),
@@ -162,31 +176,39 @@ def _empty(sp, sf, deborah, attributes) -> xr.Dataset:
             "status": (grid, np.full(shape, NOT_ATTEMPTED, dtype=np.int8)),
             "origin": (grid, np.full(shape, ITSELF)),
             "fallback": (grid, np.zeros(shape, dtype=np.int8)),
+            "pair_velocity": ((*OF_PAIRS, "particle_of_pair"), np.full((*pairs, 2), np.nan)),
+            "pair_error": (OF_PAIRS, np.full(pairs, np.nan)),
+            "pair_status": (OF_PAIRS, np.full(pairs, NOT_ATTEMPTED, dtype=np.int8)),
             "centreline_velocity": ("deborah", np.full(len(deborah), np.nan)),
         },
         coords={
             "deborah": np.asarray(deborah, dtype=float),
             "sp": np.asarray(sp, dtype=float),
             "sf": np.asarray(sf, dtype=float),
+            "pair_distance": np.asarray(pair, dtype=float),
             "particle": list(PARTICLES),
+            "particle_of_pair": list(OF_A_PAIR),
             "pair": list(PAIRS),
         }
         | {name: ("deborah", np.full(len(deborah), np.nan)) for name in DEBORAH_COORDINATES},
-        attrs=attributes,
     )
     return described(table)
 
 
 def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
     """Write one geometry's results into the table, in place."""
-    sp, sf = float(result["sp"]), float(result["sf"])
-    there = np.flatnonzero(table["sp"] == sp), np.flatnonzero(table["sf"] == sf)
-    if not all(index.size for index in there):
+    sp, sf = triplet_of(result)
+    i, j, n = (
+        np.flatnonzero(table[name] == value)
+        for name, value in (("sp", sp), ("sf", sf), ("pair_distance", min(sp, sf)))
+    )
+    on_grid, pair = i.size and j.size, n.size and math.isinf(max(sp, sf))
+    if not (on_grid or pair):
         raise TableError(
             f"{name_geometries([(sp, sf)])} is not on the grid; allowed: "
-            f"sp in {table['sp'].values.tolist()}, sf in {table['sf'].values.tolist()}"
+            f"sp in {table['sp'].values.tolist()}, sf in {table['sf'].values.tolist()}, "
+            f"pairs at {table['pair_distance'].values.tolist()}"
         )
-    i, j = (int(index[0]) for index in there)
     result = result.sel(particle=list(PARTICLES))
     if "pair" in result.dims:
         result = result.sel(pair=list(PAIRS))
@@ -194,19 +216,12 @@ def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
         if De not in result["deborah"]:
             continue
         point = result.sel(deborah=De)
-        table["velocity"][k, i, j] = point["velocity"]
-        table["pressure_gradient"][k, i, j] = point["pressure_gradient"]
-        table["status"][k, i, j] = point["status"]
-        table["origin"][k, i, j] = point.get("origin", ITSELF)
-        table["fallback"][k, i, j] = point.get("fallback", 0)
+        if on_grid:
+            _insert_point(table, (k, int(i[0]), int(j[0])), point)
+        if pair:
+            _insert_pair(table, (k, int(n[0])), point)
         if np.isnan(table["centreline_velocity"][k]):
             table["centreline_velocity"][k] = point["centreline_velocity"]
-        for name in ERRORS:
-            if name in point:
-                table[name][k, i, j] = point[name]
-        for name in PRESENT:
-            if name in point:
-                _present(table, name)[k, i, j] = point[name]
         for name in DEBORAH_COORDINATES:
             if name in point.coords:
                 table[name][k] = point[name]
@@ -215,10 +230,36 @@ def _insert(table: xr.Dataset, result: xr.Dataset, reasons: dict):
             reasons[De, sp, sf] = str(point["reason"].item())
 
 
-def _present(table: xr.Dataset, name: str) -> xr.DataArray:
+def _insert_point(table: xr.Dataset, at: tuple[int, int, int], point: xr.Dataset):
+    """Write the result of a triplet at one De into the grid, in place."""
+    for name in ("velocity", "pressure_gradient", "status"):
+        table[name][at] = point[name]
+    table["origin"][at] = point.get("origin", ITSELF)
+    table["fallback"][at] = point.get("fallback", 0)
+    for name in ERRORS:
+        if name in point:
+            table[name][at] = point[name]
+    for name in PRESENT:
+        if name in point:
+            _present(table, name, "status")[at] = point[name]
+
+
+def _insert_pair(table: xr.Dataset, at: tuple[int, int], point: xr.Dataset):
+    """Write the result of two spheres alone at one De, in place."""
+    behind = TRAILING if math.isfinite(point["sp"]) else MIDDLE
+    table["pair_velocity"][at] = point["velocity"].values[behind : behind + 2]
+    table["pair_status"][at] = point["status"]
+    if ERRORS[1] in point:
+        table["pair_error"][at] = point[ERRORS[1]].values[behind]
+    if PRESENT[0] in point:
+        present = min(float(point[name]) for name in PRESENT)
+        _present(table, PRESENT_PAIR, "pair_status")[at] = present
+
+
+def _present(table: xr.Dataset, name: str, like: str) -> xr.DataArray:
     """The variable of present distances, made when first needed."""
     if name not in table:
-        table[name] = xr.full_like(table["pressure_gradient"], np.nan)
+        table[name] = xr.full_like(table[like], np.nan, dtype=float)
         table[name].attrs = ATTRIBUTES[name]
     return table[name]
 
@@ -227,17 +268,19 @@ def _refuse_holes(table: xr.Dataset, allowed: int, reasons: Mapping[tuple, str])
     found = list(holes(table))
     if len(found) <= allowed:
         return
-    solved = has_solution(table["status"])
     lines = []
-    for De, sp, sf in found[:MOST_NAMED]:
-        incomplete = bool(solved.sel(deborah=De, sp=sp, sf=sf))
-        why = "needs the single sphere, which is not solved" if incomplete else "not attempted"
+    for De, sp, sf in sorted(found, key=lambda point: point not in reasons)[:MOST_NAMED]:
+        why = "not attempted"
+        if sp in table["sp"] and sf in table["sf"]:
+            at = {"deborah": De, "sp": sp, "sf": sf}
+            if has_solution(table["status"].sel(at)):
+                why = "needs the single sphere, which is not solved"
         lines.append(f"  De {De:g}, sp {sp:g}, sf {sf:g}: {reasons.get((De, sp, sf), why)}")
     if len(found) > MOST_NAMED:
         lines.append(f"  and {len(found) - MOST_NAMED} more")
-    points = table["status"].size
     raise TableError(
-        f"{len(found)} of {points} points have no solution; allowed: {allowed} (table.max_holes)\n"
+        f"{len(found)} of {count(table)} points have no solution; "
+        f"allowed: {allowed} (table.max_holes)\n"
         + "\n".join(lines)
         + "\nSolve them with other settings in `dns`, take their distances or De out of the "
         "study, or raise table.max_holes: holes stay empty, and trains at their De will not run."

@@ -12,9 +12,10 @@ from viscotrain.words import (
     SOLVED,
 )
 
-ITSELF, SAME_PAIR, MIRROR = np.int8(0), np.int8(1), np.int8(2)
+ITSELF, SAME_PAIR, MIRROR, INTERPOLATED = map(np.int8, range(4))
 ERRORS = ("velocity_error", "relative_velocity_error")  # estimated by the simulation
 PRESENT = ("present_sp", "present_sf")  # of transient results: distances at that time
+PRESENT_PAIR = "present_pair_distance"
 DEBORAH_COORDINATES = ("deborah_longest_mode", "deborah_mean_relaxation_time")
 ATTRIBUTES: dict[str, dict[str, Any]] = {
     "deborah": {"long_name": "Deborah number, as the study defines it", "units": "1"},
@@ -63,8 +64,25 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
     },
     "origin": {
         "long_name": "simulation that the velocities are from",
-        "flag_values": np.array([ITSELF, SAME_PAIR, MIRROR]),
-        "flag_meanings": "itself same_pair_with_other_names mirror_image_at_deborah_0",
+        "flag_values": np.array([ITSELF, SAME_PAIR, MIRROR, INTERPOLATED]),
+        "flag_meanings": "itself same_pair_with_other_names mirror_image_at_deborah_0 "
+        "interpolated_change_from_the_deborah_number_before",
+    },
+    "pair_distance": {
+        "long_name": "distance of two spheres without other neighbours, centre to centre over "
+        "diameter",
+        "units": "1",
+    },
+    "particle_of_pair": {"long_name": "sphere of the pair, named along the flow"},
+    "pair_velocity": {
+        "long_name": "velocity of a sphere of a pair over mean velocity of the flow",
+        "units": "1",
+    },
+    "pair_status": {"long_name": "outcome of the simulation of the pair", "comment": "as status"},
+    "pair_error": {
+        "long_name": "estimated discretisation error of the relative velocity of the pair, over "
+        "mean velocity of the flow",
+        "units": "1",
     },
     "fallback": {
         "long_name": "1 where the iteration was stuck, and the mesh of the start was taken in "
@@ -77,6 +95,10 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
     },
     "present_sf": {
         "long_name": "distance of leading to middle sphere after the start-up, over diameter",
+        "units": "1",
+    },
+    "present_pair_distance": {
+        "long_name": "distance of two spheres alone after the start-up, over diameter",
         "units": "1",
     },
     "check_sp": {

@@ -1,11 +1,13 @@
 """Check of the table: its interpolation error, at geometries between the nodes."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 import xarray as xr
 
+from viscotrain.errors import TableError
 from viscotrain.table.assembly import combine, spread, triplet_of
 from viscotrain.table.attributes import PRESENT, described
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
@@ -22,6 +24,10 @@ def combine_and_check(
     sp: Sequence[float],
     sf: Sequence[float],
     deborah: Sequence[float],
+    pair: Sequence[float] | None = None,
+    every_second: Collection[float] = (),
+    accuracy: float = math.inf,
+    relative_accuracy: float = 0.0,
     max_holes: int = 0,
 ) -> xr.Dataset:
     """Combine the results of the grid's geometries; those off the grid check the interpolation.
@@ -31,16 +37,59 @@ def combine_and_check(
         sp: Distances of the grid in d.
         sf: The same on the other axis.
         deborah: Deborah numbers of the grid.
+        pair: Distances of pairs alone in d; None for those of the grid.
+        every_second: Deborah numbers at which only every second distance is simulated.
+        accuracy: Error of relative velocities in Ubar that this may cost.
+        relative_accuracy: The same as a share of the largest relative velocity of a geometry; the
+            larger one of both counts.
         max_holes: Points that may be without a solution.
 
     Raises:
-        TableError: As `combine` does.
+        TableError: As `combine` does, or every second distance is not enough.
     """
-    nodes = set(itertools.product(sp, sf))
+    nodes = set(itertools.product(sp, sf)) | {(s, math.inf) for s in pair or ()}
     on_grid = [result for result in results if triplet_of(result) in nodes]
     between = [result for result in results if triplet_of(result) not in nodes]
-    table = combine(on_grid, sp=sp, sf=sf, deborah=deborah, max_holes=max_holes)
-    return check_errors(table, between) if between else table
+    table = combine(
+        on_grid,
+        sp=sp,
+        sf=sf,
+        deborah=deborah,
+        pair=pair,
+        every_second=every_second,
+        max_holes=max_holes,
+    )
+    if not between:
+        return table
+    table = check_errors(table, between)
+    for De in every_second:
+        _refuse_error(table.sel(deborah=De), accuracy, relative_accuracy)
+    return table
+
+
+def _refuse_error(layer: xr.Dataset, accuracy: float, relative_accuracy: float):
+    """Raise TableError where interpolation at one De is worse than the simulations are asked for.
+
+    A check that was not solved, or all of whose points are holes, says nothing.
+    """
+    U = layer["check_velocity"].transpose("check", "particle").values
+    error = np.abs(layer["check_error"].transpose("check", "pair").values).max(axis=-1)
+    allowed = np.maximum(accuracy, relative_accuracy * np.abs(np.diff(U, axis=-1)).max(axis=-1))
+    De, wrong = float(layer["deborah"]), error > allowed
+    if not wrong.any():
+        return
+    lines = [
+        f"  sp {layer['check_sp'].values[n]:g}, sf {layer['check_sf'].values[n]:g}: "
+        f"{error[n]:.1e} Ubar; allowed: {allowed[n]:.1e}"
+        for n in np.flatnonzero(wrong)
+    ]
+    raise TableError(
+        f"relative velocities at De {De:g}, interpolated from every second distance, are wrong at "
+        f"{wrong.sum()} of {wrong.size} geometries between the nodes\n"
+        + "\n".join(lines)
+        + f"\nTake {De:g} out of table.every_second, or add distances to `table`: simulations that "
+        "are there are kept."
+    )
 
 
 def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset:

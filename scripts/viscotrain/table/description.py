@@ -9,7 +9,14 @@ from viscotrain.table.attributes import ERRORS
 from viscotrain.table.check import layers
 from viscotrain.table.interpolation import TripletVelocities, name_geometries
 from viscotrain.table.pairs import pair_velocity
-from viscotrain.table.points import fallback_points, holes, inaccurate_points, point_error
+from viscotrain.table.points import (
+    count,
+    fallback_points,
+    holes,
+    inaccurate_points,
+    interpolated_points,
+    point_error,
+)
 from viscotrain.words import (
     MIDDLE,
     NEGLIGIBLE,
@@ -26,9 +33,16 @@ def summary(table: xr.Dataset) -> str:
 
 def _grid_lines(table) -> Iterator[str]:
     yield str(table.attrs.get("title", "velocity table"))
-    for name, text in (("deborah", "De"), ("sp", "sp"), ("sf", "sf")):
+    names = (("deborah", "De"), ("sp", "sp"), ("sf", "sf"), ("pair_distance", "pair"))
+    for name, text in names:
         values = table[name].values
-        yield f"  {text:<3} {values.size:>3} values: " + " ".join(f"{value:g}" for value in values)
+        yield f"  {text:<4} {values.size:>2} values: " + " ".join(f"{value:g}" for value in values)
+    for layer in (table.isel(deborah=[k]) for k in range(table.sizes["deborah"])):
+        if number := interpolated_points(layer):
+            yield (
+                f"  De {layer['deborah'].values[0]:g}: every second distance is simulated; "
+                f"{number} points are interpolated from what changes with De"
+            )
 
 
 def _velocity_lines(table) -> Iterator[str]:
@@ -74,7 +88,7 @@ def _pair_behaviour(velocities: TripletVelocities) -> str:
 
 def _hole_lines(table) -> Iterator[str]:
     found = list(holes(table))
-    yield f"Holes: {len(found)} of {table['status'].size} points"
+    yield f"Holes: {len(found)} of {count(table)} points"
     for De in dict.fromkeys(De for De, _, _ in found):
         yield f"  De {De:g}: " + name_geometries((sp, sf) for d, sp, sf in found if d == De)
 
@@ -92,10 +106,10 @@ def largest_error(table: xr.Dataset) -> str:
 
 
 def _error_lines(table) -> Iterator[str]:
-    count = inaccurate_points(table)
+    rough = inaccurate_points(table)
     yield (
         f"Estimated error of the simulations, in relative velocities, in mean velocities; "
-        f"points not accurate: {count}, by the fall-back: {fallback_points(table)}"
+        f"points not accurate: {rough}, by the fall-back: {fallback_points(table)}"
     )
     for k, De in enumerate(table["deborah"].values):
         layer = table.isel(deborah=[k])

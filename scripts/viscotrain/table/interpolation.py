@@ -1,20 +1,27 @@
 r"""Velocities of three spheres at any two distances, from a table of them.
 
 The velocities U_1, U_2, U_3 (trailing, middle, leading sphere) are known at nodes of the distances
-sp = (z_2 - z_1)/d and sf = (z_3 - z_2)/d, the last node of either axis being infinite.
+sp = (z_2 - z_1)/d and sf = (z_3 - z_2)/d, and those of two spheres alone at more distances s.
 
-**Coordinate.** x = 1/s maps contact...infinity onto 1...0, and infinity to exactly 0. Against
-pairs solved at 26 distances (De 0.5 to 12), 1/s and its like were as good as maps with an
-exponential tail, which need a length of decay that changes with De.
+**Pairs, and what a third sphere adds.** With the velocity U of a single sphere and what a pair
+adds to it, a(s) for its trailing and b(s) for its leading sphere,
 
-**Interpolant.** A tensor product of cubic splines in x with not-a-knot ends (a parabola through
-three nodes, a line through two), for all three velocities at once. In terms of the cardinal splines
-l_m, which are 1 at their own node and 0 at the others,
+    U_1 = U + a(sp) + a(sp + sf) + T_1(sp, sf)
+    U_2 = U + b(sp) + a(sf)      + T_2(sp, sf)
+    U_3 = U + b(sf) + b(sp + sf) + T_3(sp, sf).
 
-    U_p(sp, sf) = sum_mn l_m(1/sp) l_n(1/sf) U_p(sp_m, sf_n).
+T, by which a third sphere changes what two do to each other, vanishes where either distance is
+infinite. It is much smaller than a and b unless all three are close, so that few nodes are enough
+for it, while pairs, which have one distance only, are resolved finely.
 
-At infinity the first polynomial of a spline reduces to its constant, so pairs and single spheres
-come out as tabulated, without rounding.
+**Splines.** a and b are cubic splines in x = 1/s with not-a-knot ends, T is a tensor product of
+them. x maps contact...infinity onto 1...0. Against pairs solved at 26 distances (De 0.5 to 12), 1/s
+and its like were as good as maps with an exponential tail, which need a length of decay that
+changes with De.
+
+**Far away** all of them decay exponentially: beyond its last node s_L each one goes on as
+exp(-(s - s_L)/l), as knots at `BEYOND` lengths of decay further on. l is that of a pair, from its
+last two distances (`decay_length`), the longer one of a and b.
 
 **Contact.** The table ends at a smallest distance s_min > 1. Closer spheres feel lubrication: they
 move as at s_min, but their relative velocity goes to zero linearly with the gap (`lubrication`), so
@@ -23,9 +30,10 @@ they never overlap. There is no other extrapolation.
 This module needs no NGSolve.
 """
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -34,15 +42,30 @@ from scipy.interpolate import CubicSpline
 
 from viscotrain.errors import TableError
 from viscotrain.table.lubrication import ROUND_OFF, lubricate
-from viscotrain.words import CONTACT, MIDDLE, PARTICLES
+from viscotrain.table.points import holes
+from viscotrain.words import CONTACT, LEADING, MIDDLE, OF_A_PAIR, PARTICLES, TRAILING
 
 SAME_DEBORAH = 1e-9  # relative difference of two Deborah numbers that are one
 MOST_NAMED = 8  # holes that a message names
+BEYOND = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0)  # knots of a tail, in lengths of decay
+LONGEST_DECAY = 1.0  # length of decay over the last distance: longer ones are not resolved by it
 
 
 def coordinate(distance: ArrayLike) -> NDArray:
     """The coordinate of interpolation, 1/s: 1 at contact, exactly 0 at infinity."""
     return 1.0 / np.asarray(distance, dtype=float)
+
+
+class Pairs(NamedTuple):
+    """Velocities of two spheres alone.
+
+    Attributes:
+        distance: Centre to centre in d, finite, ascending, shape (n,).
+        velocity: U of the trailing and of the leading sphere in Ubar, shape (n, 2).
+    """
+
+    distance: NDArray
+    velocity: NDArray
 
 
 class TripletVelocities:
@@ -53,12 +76,16 @@ class TripletVelocities:
             ascending, the last one infinite.
         sf: The same of the leading sphere to the middle one.
         velocity: U at the nodes in Ubar, shape (sp, sf, 3), particles in the order `PARTICLES`.
+        pairs: Two spheres alone, at the finite nodes and between them; None for those of `velocity`
+            where one of the distances is infinite.
 
     Raises:
         TableError: Nodes that are not as above, or velocities that are not finite.
     """
 
-    def __init__(self, sp: ArrayLike, sf: ArrayLike, velocity: ArrayLike):
+    def __init__(
+        self, sp: ArrayLike, sf: ArrayLike, velocity: ArrayLike, pairs: Pairs | None = None
+    ):
         sp, sf, velocity = (np.asarray(item, dtype=float) for item in (sp, sf, velocity))
         _check_nodes("sp", sp)
         _check_nodes("sf", sf)
@@ -67,14 +94,18 @@ class TripletVelocities:
                 f"velocities have the shape {velocity.shape}; "
                 f"allowed: ({sp.size}, {sf.size}, {len(PARTICLES)}), for sp, sf and the particles"
             )
-        if not np.isfinite(velocity).all():
+        pairs = edges(sp, sf, velocity) if pairs is None else pairs
+        if not (np.isfinite(velocity).all() and np.isfinite(pairs.velocity).all()):
             raise TableError("velocities are not finite at every node; allowed: no holes")
         self.smallest_distance = float(max(sp[0], sf[0]))
-        self.slowest = float(velocity.min())
         self.isolated = float(velocity[-1, -1, MIDDLE])
-        # infinity first: x ascends from 0
-        self._x_p, self._x_f = coordinate(sp[::-1]), coordinate(sf[::-1])
-        self._cells = _polynomials(self._x_p, self._x_f, velocity[::-1, ::-1])
+        self.slowest = float(min(velocity.min(), pairs.velocity.min()))
+        alone = _Pair(pairs, self.isolated)
+        third = velocity[:-1, :-1] - alone.superposed(sp[:-1], sf[:-1])
+        self._x_p = np.union1d(alone.x, _knots(sp[:-1], alone.decay))
+        self._x_f = np.union1d(alone.x, _knots(sf[:-1], alone.decay))
+        self._cells = _polynomials(self._x_p, self._x_f, alone, (sp[:-1], sf[:-1], third))
+        self._x_far, self._far = alone.x, alone.outer_cells()
 
     def __call__(self, sp: ArrayLike, sf: ArrayLike) -> NDArray:
         """U of the three spheres in Ubar, shape (..., 3), at distances that broadcast to (...).
@@ -102,14 +133,16 @@ class TripletVelocities:
             sf: Distances to the leading sphere, shape (n,).
             particle: `TRAILING`, `MIDDLE` or `LEADING`, one for all or shape (n,).
         """
-        nearest = 1.0 / self.smallest_distance
-        x_p, x_f = np.minimum(1.0 / sp, nearest), np.minimum(1.0 / sf, nearest)
-        i, j = _cell(self._x_p, x_p), _cell(self._x_f, x_f)
-        x_p, x_f = x_p - self._x_p[i], x_f - self._x_f[j]
+        sp, sf = (np.maximum(s, self.smallest_distance) for s in (sp, sf))
+        i, x_p = _local(self._x_p, 1.0 / sp)
+        j, x_f = _local(self._x_f, 1.0 / sf)
         cells_p, cells_f = self._x_p.size - 1, self._x_f.size - 1
         c = self._cells.take((particle * cells_p + i) * cells_f + j, axis=-1)
-        b = _horner(c, x_p)
-        return _horner(b, x_f)
+        near = _horner(_horner(c, x_p), x_f)
+        if np.ndim(particle) == 0 and particle == MIDDLE:
+            return near
+        k, x = _local(self._x_far, 1.0 / (sp + sf))
+        return near + _horner(self._far.take(particle * (self._x_far.size - 1) + k, axis=-1), x)
 
 
 def _check_nodes(name: str, nodes: NDArray):
@@ -121,9 +154,10 @@ def _check_nodes(name: str, nodes: NDArray):
         )
 
 
-def _cell(nodes: NDArray, x: NDArray) -> NDArray:
-    """Index of the cell that holds x; a node belongs to the cell that begins there."""
-    return nodes[1:-1].searchsorted(x, side="right")
+def _local(knots: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
+    """Index of the cell that holds x, and x from its beginning; a knot begins a cell."""
+    cell = knots[1:-1].searchsorted(x, side="right")
+    return cell, x - knots[cell]
 
 
 def _horner(coefficients: NDArray, x: NDArray) -> NDArray:
@@ -135,25 +169,122 @@ def _horner(coefficients: NDArray, x: NDArray) -> NDArray:
     return value
 
 
-def _polynomials(x_p: NDArray, x_f: NDArray, velocity: NDArray) -> NDArray:
+def edges(sp: NDArray, sf: NDArray, velocity: NDArray) -> Pairs:
+    """The pairs at the nodes of `TripletVelocities`: one of the outer spheres is not there."""
+    along_p = velocity[:-1, -1][:, [TRAILING, MIDDLE]]
+    along_f = velocity[-1, :-1][:, [MIDDLE, LEADING]]
+    distance, first = np.unique(np.r_[sp[:-1], sf[:-1]], return_index=True)
+    return Pairs(distance, np.concatenate([along_p, along_f])[first])
+
+
+def decay_length(distance: NDArray, velocity: NDArray) -> float:
+    """Length in d over which what pairs add decays by e beyond their last distance.
+
+    Args:
+        distance: In d, ascending, shape (n,).
+        velocity: What they add, shape (n, 2).
+    """
+    if distance.size < 2:
+        return LONGEST_DECAY * float(distance[-1])
+    before, last = np.abs(velocity[-2:]).sum(axis=-1)
+    step = float(distance[-1] - distance[-2])
+    longest = LONGEST_DECAY * float(distance[-1])
+    return min(step / math.log(before / last), longest) if before > last > 0 else longest
+
+
+def _knots(distance: NDArray, decay: float) -> NDArray:
+    """Coordinates, ascending, of infinity, of a tail and of nodes."""
+    tail = distance[-1] + decay * np.array(BEYOND)
+    return np.r_[0.0, coordinate(np.r_[distance, tail][::-1])]
+
+
+def _with_tail(values: NDArray, axis: int) -> NDArray:
+    """Values at the knots of an axis, from those at its nodes: zero at infinity."""
+    values = np.moveaxis(values, axis, 0)
+    tail = values[-1] * np.exp(-np.array(BEYOND)).reshape(-1, *[1] * (values.ndim - 1))
+    infinity = np.zeros_like(values[:1])
+    return np.moveaxis(np.concatenate([values, tail, infinity])[::-1], 0, axis)
+
+
+class _Pair:
+    """What two spheres add to their velocities: a of the trailing, b of the leading one."""
+
+    def __init__(self, pairs: Pairs, isolated: float):
+        added = pairs.velocity - isolated
+        self.decay = decay_length(pairs.distance, added)
+        self.x = _knots(pairs.distance, self.decay)
+        self.spline = CubicSpline(self.x, _with_tail(added, 0))
+        self.isolated = isolated
+
+    def superposed(self, sp: NDArray, sf: NDArray) -> NDArray:
+        """U of three spheres of which each two act as if they were alone, shape (sp, sf, 3)."""
+        behind, ahead = self.spline(coordinate(sp)), self.spline(coordinate(sf))
+        U = np.full((sp.size, sf.size, len(PARTICLES)), self.isolated)
+        U[..., TRAILING] += behind[:, None, 0]
+        U[..., MIDDLE] += behind[:, None, 1] + ahead[:, 0]
+        U[..., LEADING] += ahead[:, 1]
+        outer = self.spline(coordinate(sp[:, None] + sf))
+        U[..., TRAILING] += outer[..., 0]
+        U[..., LEADING] += outer[..., 1]
+        return U
+
+    def outer_cells(self) -> NDArray:
+        """What the outer spheres of a triplet add to each other, shape (4, 3 cells).
+
+        The last index runs over particles and, fastest, cells.
+        """
+        a, b = np.moveaxis(_pieces(self.spline, self.x), -1, 0)
+        return np.concatenate([a, np.zeros_like(a), b], axis=-1)
+
+
+def _polynomials(x_p: NDArray, x_f: NDArray, alone: _Pair, third: tuple) -> NDArray:
     """Coefficients of the interpolant, shape (4, 4, 3 cells), highest power first.
 
     The last index runs over particles, cells of the first axis, and, fastest, of the second.
 
     Args:
-        x_p: Coordinates of the nodes, ascending, shape (m,).
-        x_f: The same on the other axis, shape (n,).
-        velocity: Values at the nodes, shape (m, n, 3).
+        x_p: Knots of all splines along the first axis, ascending, shape (m,).
+        x_f: The same along the second axis, shape (n,).
+        alone: Pairs.
+        third: Nodes sp and sf, and what a third sphere adds there, shape (sp, sf, 3).
     """
-    cardinal_p, cardinal_f = (_at_least_cubic(CubicSpline(x, np.eye(x.size)).c) for x in (x_p, x_f))
-    cells = np.einsum("akm,bln,mnp->abpkl", cardinal_p, cardinal_f, velocity)
+    sp, sf, added = third
+    values = _with_tail(_with_tail(added, 0), 1)
+    p, f = (CubicSpline(x := _knots(s, alone.decay), np.eye(x.size)) for s in (sp, sf))
+    along_p = np.einsum("akm,mnp->aknp", _pieces(p, x_p), values)
+    cells = np.einsum("bln,aknp->abpkl", _pieces(f, x_f), along_p)
+    behind, ahead = _pieces(alone.spline, x_p), _pieces(alone.spline, x_f)
+    cells[:, -1, TRAILING] += behind[:, :, None, 0]
+    cells[:, -1, MIDDLE] += behind[:, :, None, 1]
+    cells[-1, :, MIDDLE] += ahead[:, None, :, 0]
+    cells[-1, :, LEADING] += ahead[:, None, :, 1]
+    cells[-1, -1] += alone.isolated
     return np.ascontiguousarray(cells.reshape(4, 4, -1))
 
 
-def _at_least_cubic(coefficients: NDArray) -> NDArray:
-    """Coefficients (power, cell, node), with zeros for powers that are not there."""
-    missing = 4 - coefficients.shape[0]
-    return np.pad(coefficients, ((missing, 0), (0, 0), (0, 0)))
+def _pieces(spline: CubicSpline, knots: NDArray) -> NDArray:
+    """Coefficients (power, cell, ...) of a spline between knots, its own ones among them."""
+    left = knots[:-1]
+    return np.stack([spline(left, power) / math.factorial(power) for power in (3, 2, 1, 0)])
+
+
+def interpolant(layer: xr.Dataset) -> TripletVelocities:
+    """The velocities of a table at one Deborah number, at all distances.
+
+    Args:
+        layer: A table without holes, or a part of its grid, at one Deborah number.
+    """
+    U = layer["velocity"].transpose("sp", "sf", "particle").sel(particle=list(PARTICLES))
+    pairs = layer["pair_velocity"].transpose("pair_distance", "particle_of_pair")
+    pairs = pairs.sel(particle_of_pair=list(OF_A_PAIR))
+    alone = Pairs(layer["pair_distance"].values, pairs.values)
+    return TripletVelocities(layer["sp"].values, layer["sf"].values, U.values, alone)
+
+
+DIMENSIONS = {  # of what is interpolated
+    "velocity": ("deborah", "sp", "sf", "particle"),
+    "pair_velocity": ("deborah", "pair_distance", "particle_of_pair"),
+}
 
 
 class VelocityTable:
@@ -167,14 +298,13 @@ class VelocityTable:
     """
 
     def __init__(self, dataset: xr.Dataset):
-        dims = ("deborah", "sp", "sf", "particle")
-        if "velocity" not in dataset or set(dataset["velocity"].dims) != set(dims):
-            raise TableError(
-                f"dataset holds {sorted(map(str, dataset.variables))}; "
-                f"allowed: a velocity table, with the variable velocity({', '.join(dims)})"
-            )
+        for name, dims in DIMENSIONS.items():
+            if name not in dataset or set(dataset[name].dims) != set(dims):
+                raise TableError(
+                    f"dataset holds {sorted(map(str, dataset.variables))}; "
+                    f"allowed: a velocity table, with the variable {name}({', '.join(dims)})"
+                )
         self.dataset = dataset
-        self._velocity = dataset["velocity"].transpose(*dims).sel(particle=list(PARTICLES))
 
     @classmethod
     def open(cls, path: str | Path) -> Self:
@@ -197,17 +327,16 @@ class VelocityTable:
         Raises:
             TableError: The table does not hold this Deborah number, or has holes there.
         """
-        layer = self._velocity.isel(deborah=self.index(deborah))
-        holes = np.argwhere(~np.isfinite(layer.values).all(axis=-1))
-        sp, sf = self.dataset["sp"].values, self.dataset["sf"].values
-        if len(holes):
+        k = self.index(deborah)
+        missing = [(sp, sf) for _, sp, sf in holes(self.dataset.isel(deborah=[k]))]
+        if missing:
             raise TableError(
-                f"the table has {len(holes)} {'hole' if len(holes) == 1 else 'holes'} "
-                f"at De = {deborah:g}: {name_geometries((sp[i], sf[j]) for i, j in holes)}; "
+                f"the table has {len(missing)} {'hole' if len(missing) == 1 else 'holes'} "
+                f"at De = {deborah:g}: {name_geometries(missing)}; "
                 "holes are never filled. Solve these points with other settings in `dns`, or take "
                 "their distances out of `table`"
             )
-        return TripletVelocities(sp, sf, layer.values)
+        return interpolant(self.dataset.isel(deborah=k))
 
     def centreline_velocity(self, deborah: float) -> float:
         """U_max of the undisturbed flow in Ubar; raises TableError like `index`."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from viscotrain.table.interpolation import TripletVelocities
 from viscotrain.table.lubrication import lubricate
-from viscotrain.words import CONTACT, LEADING, MIDDLE, PARTICLES
+from viscotrain.words import CONTACT, MIDDLE, OF_A_PAIR
 
 
 def pair_velocity(velocities: TripletVelocities, distance: ArrayLike) -> NDArray:
@@ -32,19 +32,10 @@ def pair_velocity(velocities: TripletVelocities, distance: ArrayLike) -> NDArray
 
 
 def tabulated_pair_velocity(layer: xr.Dataset) -> NDArray:
-    """The same at the nodes of sf, as it was simulated; NaN at holes.
+    """The same as it was simulated, shape (pair_distance,); NaN at holes.
 
     Args:
         layer: The table at one Deborah number.
-
-    Returns:
-        Shape (sf,). The leading sphere is the middle one of (s, inf), or, where s is no node of
-        sp, the leading one of (inf, s), which is the same flow.
     """
-    U = layer["velocity"].sel(particle=list(PARTICLES))
-    alone = U.sel(sp=np.inf).transpose("sf", "particle").values
-    leading = alone[:, LEADING].copy()
-    for n, s in enumerate(layer["sf"].values):
-        if s in layer["sp"].values:
-            leading[n] = U.sel(sp=s, sf=np.inf)[MIDDLE]
-    return leading - alone[:, MIDDLE]
+    U = layer["pair_velocity"].sel(particle_of_pair=list(OF_A_PAIR))
+    return np.diff(U.transpose("pair_distance", "particle_of_pair").values, axis=-1)[:, 0]

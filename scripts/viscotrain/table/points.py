@@ -1,21 +1,36 @@
 """Points of the table: which are holes, which are not accurate, and their errors."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from viscotrain.words import (
-    INACCURATE,
-    has_solution,
-)
+from viscotrain.table.attributes import INTERPOLATED
+from viscotrain.words import INACCURATE, has_solution
 
 
 def holes(table: xr.Dataset) -> Iterator[tuple[float, float, float]]:
-    """Every (De, sp, sf) that has no solution: a status says so, or a velocity is not finite."""
+    """Every (De, sp, sf) that has no solution: a status says so, or a velocity is not finite.
+
+    Pairs at distances between those of triplets follow, as (De, s, inf).
+    """
     good = (abs(table["velocity"]) < np.inf).all("particle") & has_solution(table["status"])
     for k, i, j in np.argwhere(~good.transpose("deborah", "sp", "sf").values):
         yield float(table["deborah"][k]), float(table["sp"][i]), float(table["sf"][j])
+    good = has_solution(table["pair_status"])
+    good &= (abs(table["pair_velocity"]) < np.inf).all("particle_of_pair")
+    nodes = {*table["sp"].values, *table["sf"].values}
+    for k, n in np.argwhere(~good.transpose("deborah", "pair_distance").values):
+        if (s := float(table["pair_distance"][n])) not in nodes:
+            yield float(table["deborah"][k]), s, math.inf
+
+
+def count(table: xr.Dataset) -> int:
+    """Points (De, sp, sf) of the grid, and pairs at distances between its own."""
+    nodes = {*table["sp"].values, *table["sf"].values}
+    between = [s for s in table["pair_distance"].values if s not in nodes]
+    return table["status"].size + table.sizes["deborah"] * len(between)
 
 
 def point_error(table: xr.Dataset) -> xr.DataArray:
@@ -34,6 +49,11 @@ def point_error(table: xr.Dataset) -> xr.DataArray:
 def fallback_points(table: xr.Dataset) -> int:
     """Points that were solved on the mesh of the start only, since the iteration was stuck."""
     return int((table["fallback"] == 1).sum()) if "fallback" in table else 0
+
+
+def interpolated_points(table: xr.Dataset) -> int:
+    """Points between simulated ones, at Deborah numbers with every second distance."""
+    return int((table["origin"] == INTERPOLATED).sum())
 
 
 def inaccurate_points(table: xr.Dataset) -> int:

@@ -8,9 +8,10 @@ node, or closed at the farthest, this extrapolates by as much as they have moved
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
-from viscotrain.table.attributes import DEBORAH_COORDINATES, PRESENT
+from viscotrain.table.attributes import DEBORAH_COORDINATES, PRESENT, PRESENT_PAIR
 from viscotrain.table.interpolation import coordinate
 from viscotrain.words import (
     PARTICLES,
@@ -53,14 +54,31 @@ def at_end(result: xr.Dataset) -> xr.Dataset:
 def to_nodes(table: xr.Dataset) -> xr.Dataset:
     """Velocities at the nodes, from those at the present distances."""
     table = table.copy(deep=True)
-    nodes = np.stack(np.meshgrid(coordinate(table["sp"]), coordinate(table["sf"]), indexing="ij"))
+    grid = np.stack(np.meshgrid(coordinate(table["sp"]), coordinate(table["sf"]), indexing="ij"))
+    pair = coordinate(table["pair_distance"])[None]
     for k in range(table.sizes["deborah"]):
-        U = table["velocity"][k].transpose("sp", "sf", "particle").values
-        now = coordinate(np.stack([table[name][k].transpose("sp", "sf") for name in PRESENT]))
-        known = np.isfinite(U).all(axis=-1) & np.isfinite(now).all(axis=0)
-        if known.sum() < FEWEST_POINTS or (now == nodes)[:, known].all():
-            continue
-        carry = RBFInterpolator(now[:, known].T, U[known], kernel="cubic", degree=1)
-        U[known] = carry(nodes[:, known].T)
-        table["velocity"][k] = U
+        layer = table.isel(deborah=k)
+        now = np.stack([layer[name].transpose("sp", "sf") for name in PRESENT])
+        U = layer["velocity"].transpose("sp", "sf", "particle").values
+        table["velocity"][k] = _carried(coordinate(now), grid, U)
+        now = layer[PRESENT_PAIR].values[None]
+        U = layer["pair_velocity"].transpose("pair_distance", "particle_of_pair").values
+        table["pair_velocity"][k] = _carried(coordinate(now), pair, U)
     return table
+
+
+def _carried(now: NDArray, nodes: NDArray, velocity: NDArray) -> NDArray:
+    """Velocities at nodes from those at other points, where there are some.
+
+    Args:
+        now: Coordinates of the points, shape (n, ...) for n distances.
+        nodes: The same of the nodes.
+        velocity: At the points, shape (..., spheres).
+    """
+    known = np.isfinite(velocity).all(axis=-1) & np.isfinite(now).all(axis=0)
+    if known.sum() < FEWEST_POINTS or (now == nodes)[:, known].all():
+        return velocity
+    carry = RBFInterpolator(now[:, known].T, velocity[known], kernel="cubic", degree=1)
+    velocity = velocity.copy()
+    velocity[known] = carry(nodes[:, known].T)
+    return velocity

@@ -10,7 +10,7 @@ Distances sp and sf are those of the middle sphere to the trailing and to the le
 """
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Mapping, Sequence
 
 Triplet = tuple[float, float]
 
@@ -33,19 +33,26 @@ def simulated_as(sp: float, sf: float, deborah: float, grid: Collection[Triplet]
 
 
 def simulations(
-    grid: Collection[Triplet], deborahs: Iterable[float]
+    wanted: Mapping[float, Collection[Triplet]],
 ) -> dict[Triplet, tuple[float, ...]]:
-    """The triplets of a grid that are simulated, each at its Deborah numbers.
+    """The triplets that are simulated, each at its Deborah numbers.
 
     Args:
-        grid: All (sp, sf) whose velocities are wanted.
-        deborahs: All Deborah numbers, ascending.
+        wanted: By Deborah number, ascending, all (sp, sf) whose velocities are wanted there.
 
     Returns:
-        In the order of the grid; every point of it is there once, by itself or by its twin.
+        In the order in which they are wanted; every point is there once, by itself or by its twin.
     """
-    found = {
-        triplet: tuple(De for De in deborahs if simulated_as(*triplet, De, grid) == triplet)
-        for triplet in grid
-    }
-    return {triplet: own for triplet, own in found.items() if own}
+    found: dict[Triplet, list[float]] = {}
+    for De, triplets in wanted.items():
+        own = dict.fromkeys(triplets)
+        for triplet in own:
+            if simulated_as(*triplet, De, own) == triplet:
+                found.setdefault(triplet, []).append(De)
+    return {triplet: tuple(deborahs) for triplet, deborahs in found.items()}
+
+
+def every_second(distances: Sequence[float]) -> list[float]:
+    """The first, third, ... of the finite distances, and infinity."""
+    *finite, none = distances
+    return [*finite[::2], none]
