@@ -3,23 +3,18 @@
 python scripts/closure_gap.py --configfile config/config.yaml --gap 0.5 OUTPUT
 """
 
-from pathlib import Path
+from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.jobs import datasets
-from viscotrain.jobs.entry import Job, made, run, wildcard
+from viscotrain.jobs.entry import Job, Result, run, wildcard
 from viscotrain.studies.closure import error_at_gap
 
 
-def main(job: Job, gap: float, result: Path):
+def main(job: Job, gap: Annotated[float, wildcard("between surfaces, in d")], result: Result):
     """Solve for both at one gap."""
     rows = error_at_gap(job.settings, gap, report=print)
     datasets.write_csv(rows, result, digits=9)
 
 
-run(
-    main,
-    solves=True,
-    settings=stages.closure_gap,
-    arguments=[wildcard("gap", "between surfaces, in d"), made("result", "CSV file to write")],
-)
+run(main, settings=stages.closure_gap, solves=True)

@@ -1,18 +1,16 @@
 """Verification: a short train, directly and by the train model.
 
-python scripts/closure_train.py --configfile config/config.yaml --input TABLE --deborah 5 OUTPUT
+python scripts/closure_train.py --configfile config/config.yaml --deborah 5 TABLE OUTPUT
 """
 
-from pathlib import Path
-
 from viscotrain.config import stages
-from viscotrain.jobs.entry import DEBORAH, Job, made, run, taken
+from viscotrain.jobs.entry import Deborah, Job, Result, Table, run
 from viscotrain.studies.accuracy import largest_difference
 from viscotrain.studies.closure import follow_train
 from viscotrain.table.interpolation import VelocityTable
 
 
-def main(job: Job, table: Path, deborah: float, result: Path):
+def main(job: Job, table: Table, deborah: Deborah, result: Result):
     """Simulate and compare; a killed run goes on."""
     velocities = VelocityTable.open(table).at(deborah)
     with job.checkpoint(result) as checkpoint:
@@ -23,13 +21,4 @@ def main(job: Job, table: Path, deborah: float, result: Path):
         job.write(compared, result)
 
 
-run(
-    main,
-    solves=True,
-    settings=stages.closure_train,
-    arguments=[
-        taken("table", "velocity table", flag="--input"),
-        DEBORAH,
-        made("result", "netCDF file to write"),
-    ],
-)
+run(main, settings=stages.closure_train, solves=True)

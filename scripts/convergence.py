@@ -3,28 +3,21 @@
 python scripts/convergence.py --configfile config/config.yaml --kind mesh --sp 1.5 --sf 2.5 OUTPUT
 """
 
-from pathlib import Path
+from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.jobs import datasets
-from viscotrain.jobs.entry import DISTANCES, Job, made, run, wildcard
+from viscotrain.jobs.entry import SF, SP, Job, Result, run, wildcard
 from viscotrain.studies.accuracy import KINDS
 from viscotrain.studies.convergence import convergence_rows
 
+Kind = Annotated[str, wildcard("what is varied", choices=KINDS)]
 
-def main(job: Job, kind: str, sp: float, sf: float, result: Path):
+
+def main(job: Job, kind: Kind, sp: SP, sf: SF, result: Result):
     """Solve with every setting of the kind."""
     rows = convergence_rows(job.settings, kind, sp, sf, report=print)
     datasets.write_csv(rows, result, digits=9)
 
 
-run(
-    main,
-    solves=True,
-    settings=stages.convergence,
-    arguments=[
-        wildcard("kind", "what is varied", str, choices=KINDS),
-        *DISTANCES,
-        made("result", "CSV file to write"),
-    ],
-)
+run(main, settings=stages.convergence, solves=True)

@@ -4,15 +4,18 @@ python scripts/dns.py --configfile config/config.yaml --sp 1.5 --sf inf OUTPUT [
 """
 
 from pathlib import Path
+from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.config.names import geometry_name
 from viscotrain.jobs import datasets, progress
-from viscotrain.jobs.entry import DISTANCES, Job, made, run
+from viscotrain.jobs.entry import SF, SP, Job, Result, Timing, made, run
 from viscotrain.studies.dns import solve_geometry
 
+Fields = Annotated[Path | None, made("folder for VTU files of all points", named=True)]
 
-def main(job: Job, sp: float, sf: float, result: Path, timing: Path | None, fields: Path | None):
+
+def main(job: Job, sp: SP, sf: SF, result: Result, timing: Timing = None, fields: Fields = None):
     """Solve, write the dataset and, beside it, the CPU time."""
     solved, seconds = solve_geometry(job.settings, sp, sf, report=print, vtu_folder=fields)
     job.write(solved, result)
@@ -20,14 +23,4 @@ def main(job: Job, sp: float, sf: float, result: Path, timing: Path | None, fiel
     progress.announce_line(job.whole_study(), geometry_name(sp, sf), solved, result)
 
 
-run(
-    main,
-    solves=True,
-    settings=stages.dns,
-    arguments=[
-        *DISTANCES,
-        made("result", "netCDF file to write"),
-        made("timing", "CSV file for CPU times", optional=True),
-        made("fields", "folder for VTU files of all points", flag="--fields", optional=True),
-    ],
-)
+run(main, settings=stages.dns, solves=True)

@@ -4,6 +4,7 @@ python scripts/estimate_cost.py --configfile config/paper.yaml --cores 2
 """
 
 from pathlib import Path
+from typing import Annotated
 
 import pandas as pd
 
@@ -11,18 +12,14 @@ from viscotrain.jobs.costs import MEASURED, estimate
 from viscotrain.jobs.entry import Job, option, run
 
 
-def main(job: Job, cores: int | None, results: Path | None):
+def main(
+    job: Job,
+    cores: Annotated[int, option("that Snakemake will be given; 2 unless given")] = 2,
+    results: Annotated[Path, option("folder of all runs; results/ unless given")] = Path("results"),
+):
     """Print the estimate."""
     study = job.whole_study()
-    folder = (results or Path("results")) / study.study
-    print(estimate(study, folder, 2 if cores is None else max(1, cores), pd.read_csv(MEASURED)))
+    print(estimate(study, results / study.study, max(1, cores), pd.read_csv(MEASURED)))
 
 
-run(
-    main,
-    config=True,
-    arguments=[
-        option("cores", "that Snakemake will be given; 2 unless given", int, optional=True),
-        option("results", "folder of all runs; results/ unless given", Path, optional=True),
-    ],
-)
+run(main, config=True)

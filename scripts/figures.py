@@ -7,48 +7,20 @@ python scripts/figures.py --configfile config/config.yaml relative_velocities_De
 python scripts/figures.py --configfile config/config.yaml schematic FOLDER
 """
 
+from collections.abc import Sequence
 from pathlib import Path
-
-import xarray as xr
+from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.config.settings import FiguresSettings
-from viscotrain.drawing import figures, rheology_figure, schematic
-from viscotrain.drawing.style import Drawing
+from viscotrain.drawing import figures
 from viscotrain.jobs import drawings
 from viscotrain.jobs.entry import Job, folder_of, made, run, taken
 
 
-def settings(study, name: list[str]) -> FiguresSettings:
+def settings(study, name: Sequence[str]) -> FiguresSettings:
     """What the figure of this name needs."""
     return stages.figures(study, *name)
-
-
-def draw(own: FiguresSettings, name: str, source: Path | None, units: Path | None) -> Drawing:
-    """The figure of this name, from a file if it shows one."""
-    if name == "schematic":
-        return schematic.draw(schematic.geometry(own.schematic))
-    if name == "rheology":
-        measured = rheology_figure.measured(source) if source else None
-        return rheology_figure.rheology(own.rheology.fluid, measured, own.rheology.shear_rates())
-    physical = xr.load_dataset(units) if units else None
-    return figures.draw(name, xr.load_dataset(source), own.confinement, physical)
-
-
-def main(
-    job: Job,
-    name: list[str],
-    source: Path | None,
-    folder: Path,
-    field: Path | None,
-    units: Path | None,
-):
-    """Draw the figures of these names and write them with their data."""
-    for figure in name:
-        shown = field if field and figure == "stress_field" else source
-        own = job.attributes(f"data of the figure {figure}")
-        for path in drawings.save(draw(job.settings, figure, shown, units), folder / figure, own):
-            print(path)
 
 
 def name_of(path: str) -> str:
@@ -56,14 +28,22 @@ def name_of(path: str) -> str:
     return path.rpartition("/")[2].removesuffix(".png")
 
 
-run(
-    main,
-    settings=settings,
-    arguments=[
-        made("name", "of the figure", key="png", convert=name_of, many=True, single=True),
-        taken("source", "velocity table, trains or what else it shows", optional=True),
-        made("folder", "where to write", key="png", convert=folder_of),
-        taken("field", "fields, for the figure that shows them", flag="--field", optional=True),
-        taken("units", "units.nc, for the figure of all stations", flag="--units", optional=True),
-    ],
-)
+def main(
+    job: Job,
+    *,
+    name: Annotated[Sequence[str], made("of the figure", key="png", convert=name_of, single=True)],
+    source: Annotated[Path | None, taken("velocity table, trains or what else it shows")] = None,
+    folder: Annotated[Path, made("where to write", key="png", convert=folder_of)],
+    field: Annotated[Path | None, taken("fields, for stress_field", named=True)] = None,
+    units: Annotated[Path | None, taken("units.nc, for all stations", named=True)] = None,
+):
+    """Draw the figures of these names and write them with their data."""
+    for figure in name:
+        shown = field if field and figure == "stress_field" else source
+        own = job.attributes(f"data of the figure {figure}")
+        drawing = figures.draw_with(job.settings, figure, shown, units)
+        for path in drawings.save(drawing, folder / figure, own):
+            print(path)
+
+
+run(main, settings=settings)

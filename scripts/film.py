@@ -4,30 +4,22 @@ python scripts/film.py --configfile config/config.yaml TABLE TRAINS OUTPUT
 """
 
 from pathlib import Path
-
-import xarray as xr
+from typing import Annotated
 
 from viscotrain.config import stages
-from viscotrain.jobs.entry import Job, made, run, taken
+from viscotrain.jobs import datasets
+from viscotrain.jobs.entry import Job, Result, Table, run, taken
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import films
 
 
-def main(job: Job, table: Path, trains: Path, result: Path):
+def main(
+    job: Job, table: Table, trains: Annotated[Path, taken("file of trains.py")], result: Result
+):
     """Film the first repeat of a train."""
-    train = xr.load_dataset(trains)
-    deborah, phi = float(train["deborah"]), float(train["volume_fraction"])
-    velocities = VelocityTable.open(table).at(deborah)
-    title = f"positions of spheres in movies at De = {deborah:g}, phi = {phi:g}"
-    job.write(films.film(velocities, train, **dict(job.settings)), result, title)
+    train = datasets.read(trains)
+    velocities = VelocityTable.open(table).at(float(train["deborah"]))
+    job.write(films.film(velocities, train, **dict(job.settings)), result)
 
 
-run(
-    main,
-    settings=stages.film,
-    arguments=[
-        taken("table", "velocity table"),
-        taken("trains", "netCDF file of the trains stage"),
-        made("result", "netCDF file to write"),
-    ],
-)
+run(main, settings=stages.film)

@@ -12,7 +12,9 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is imported
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 from viscotrain.config.settings import FluidFitSettings
 from viscotrain.fluid import fit_report, fluid_fit, measurements
@@ -20,12 +22,28 @@ from viscotrain.jobs import datasets, drawings
 from viscotrain.jobs.entry import Job, folder_of, made, option, run, taken
 
 
-def settings(modes: int | None, solvent_viscosity: float | None) -> FluidFitSettings:
+def positive(text: str) -> float:
+    """A number above 0, or the message of the command line."""
+    value = float(text)
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"found {text}; allowed: number > 0")
+    return value
+
+
+Modes = Annotated[int | None, option("number of modes; chosen unless given", choices=range(7))]
+Solvent = Annotated[float | None, option("in Pa s; fitted unless given", convert=positive)]
+
+
+def settings(modes: Modes = None, solvent_viscosity: Solvent = None) -> FluidFitSettings:
     """As they are asked for."""
     return FluidFitSettings(modes=modes, solvent_viscosity=solvent_viscosity)
 
 
-def main(job: Job, files: list[Path], folder: Path):
+def main(
+    job: Job,
+    files: Annotated[Sequence[Path], taken("CSV files; columns: config/README.md")],
+    folder: Annotated[Path, made("where to write", key="fluid", convert=folder_of)],
+):
     """Fit to the files; write the fluid and the details, and by hand draw them."""
     own = job.settings
     result = fluid_fit.fit(measurements.read(files), own.modes, own.solvent_viscosity)
@@ -41,23 +59,4 @@ def main(job: Job, files: list[Path], folder: Path):
         drawings.save(rheology(result.chosen.fluid, result.chosen.data), folder / "rheology")
 
 
-def positive(text: str) -> float:
-    """A number above 0, or the message of the command line."""
-    value = float(text)
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"found {text}; allowed: number > 0")
-    return value
-
-
-run(
-    main,
-    settings=settings,
-    arguments=[
-        taken("files", "CSV files; columns: config/README.md", many=True),
-        option(
-            "modes", "number of modes; chosen unless given", int, choices=range(7), optional=True
-        ),
-        option("solvent_viscosity", "in Pa s; fitted unless given", positive, optional=True),
-        made("folder", "where to write", key="fluid", convert=folder_of),
-    ],
-)
+run(main, settings=settings)

@@ -3,16 +3,14 @@
 python scripts/inspect_table.py results/demo/table/velocity_table.nc
 """
 
-from pathlib import Path
-
-from viscotrain.jobs.entry import Job, run, taken
+from viscotrain.jobs.entry import Job, Table, run
 from viscotrain.table import description
 from viscotrain.table.interpolation import VelocityTable
 
 
-def main(job: Job, file: Path):
+def main(job: Job, table: Table):
     """Print the summary of one file."""
-    print(description.summary(VelocityTable.open(file).dataset))
+    print(description.summary(VelocityTable.open(table).dataset))
 
 
-run(main, [taken("file", "velocity table")])
+run(main)

@@ -3,33 +3,27 @@
 python scripts/interactive.py --configfile config/config.yaml TABLE UNITS OUTPUT TRAIN...
 """
 
+from collections.abc import Sequence
 from pathlib import Path
-
-import xarray as xr
+from typing import Annotated
 
 from viscotrain.drawing import interactive
-from viscotrain.jobs.entry import Job, made, run, taken
+from viscotrain.jobs import datasets
+from viscotrain.jobs.entry import Job, Result, Table, Units, run, taken
 
 
-def main(job: Job, table: Path, units: Path, page: Path, trains: list[Path]):
+def main(
+    job: Job,
+    table: Table,
+    units: Units,
+    page: Result,
+    trains: Annotated[Sequence[Path], taken("files of trains.py")] = (),
+):
     """Write the page."""
-    text = interactive.page(
-        xr.load_dataset(table),
-        xr.load_dataset(units),
-        [xr.load_dataset(path) for path in trains],
-        job.study,
-    )
+    tracks = [datasets.read(path) for path in trains]
+    text = interactive.page(datasets.read(table), datasets.read(units), tracks, job.study)
     page.write_text(text, encoding="utf-8")
     print(f"{page}: {len(text) / 1e6:.1f} MB")
 
 
-run(
-    main,
-    config=True,
-    arguments=[
-        taken("table", "velocity table"),
-        taken("units", "physical units of the study"),
-        made("page", "HTML file to write"),
-        taken("trains", "netCDF files of the trains", many=True, optional=True),
-    ],
-)
+run(main, config=True)

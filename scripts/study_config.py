@@ -3,15 +3,12 @@
 python scripts/study_config.py --configfile config/config.yaml OUTPUT
 """
 
-from pathlib import Path
-
-from viscotrain.jobs.entry import Job, made, run
+from viscotrain.jobs.entry import Job, Result, run
 
 
-def main(job: Job, written: Path):
+def main(job: Job, result: Result):
     """Write the config as it is now, which loads to the same study."""
-    written.parent.mkdir(parents=True, exist_ok=True)
-    written.write_text(job.whole_study().resolved_yaml(), encoding="utf-8")
+    result.write_text(job.whole_study().resolved_yaml(), encoding="utf-8")
 
 
-run(main, config=True, arguments=[made("written", "YAML file to write", key="config")])
+run(main, config=True)

@@ -3,34 +3,29 @@
 python scripts/table.py --configfile config/config.yaml OUTPUT DNS_FILE...
 """
 
+from collections.abc import Sequence
 from pathlib import Path
-
-import xarray as xr
+from typing import Annotated
 
 from viscotrain.config import stages
+from viscotrain.jobs import datasets
 from viscotrain.jobs.agreement import refuse_strangers
-from viscotrain.jobs.entry import Job, made, run, taken
+from viscotrain.jobs.entry import Job, Result, run, taken
 from viscotrain.table import description, present
 from viscotrain.table.check import combine_and_check
 
+Parts = Annotated[Sequence[Path], taken("files of dns.py or transient.py")]
 
-def main(job: Job, table: Path, results: list[Path]):
+
+def main(job: Job, table: Result, results: Parts):
     """Combine the files of the grid's geometries; those off the grid check the interpolation."""
-    parts = {str(path): xr.load_dataset(path) for path in results}
+    parts = {str(path): datasets.read(path) for path in results}
     simulations = refuse_strangers(parts)
     velocities = combine_and_check(
         [present.at_end(part) for part in parts.values()], **dict(job.settings)
     )
-    velocities = velocities.assign_attrs(simulations)
-    job.write(velocities, table, "velocity table")
+    job.write(velocities.assign_attrs(simulations), table, "velocity table")
     print(description.summary(velocities))
 
 
-run(
-    main,
-    settings=stages.table,
-    arguments=[
-        made("table", "velocity table to write"),
-        taken("results", "netCDF files of the dns or the transient stage", many=True),
-    ],
-)
+run(main, settings=stages.table)

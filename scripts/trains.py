@@ -4,26 +4,35 @@ python scripts/trains.py --configfile config/config.yaml --deborah 5 --volume-fr
     TABLE OUTPUT
 """
 
-import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.config.settings import TrainsSettings
-from viscotrain.jobs.entry import DEBORAH, Job, made, option, run, taken
+from viscotrain.jobs.entry import Deborah, Job, Table, made, option, run
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import repeats
 
+Fractions = Annotated[Sequence[float], option("of the spheres, one per output", single=True)]
+OfTheMap = Annotated[bool, option("with stations and repeats of the design map")]
 
-def settings(study, design_map: bool) -> TrainsSettings:
+
+def settings(study, design_map: OfTheMap = False) -> TrainsSettings:
     """Trains as the study asks for them, or those of its design map."""
     return stages.design_points(study) if design_map else stages.trains(study)
 
 
-def main(job: Job, deborah: float, volume_fraction: list[float], table: Path, trains: list[Path]):
+def main(
+    job: Job,
+    deborah: Deborah,
+    volume_fraction: Fractions,
+    table: Table,
+    trains: Annotated[Sequence[Path], made("files to write", single=True)],
+):
     """Simulate all repeats and write them with their statistics."""
     velocities = VelocityTable.open(table)
     for phi, output in zip(volume_fraction, trains, strict=True):
-        started = time.process_time()
         result = repeats.run_repeats(
             velocities.at(deborah),
             volume_fraction=phi,
@@ -32,17 +41,6 @@ def main(job: Job, deborah: float, volume_fraction: list[float], table: Path, tr
         ).assign(repeats.deborah_numbers(velocities, deborah))
         job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:g}")
         print(repeats.summary(result))
-        print(f"{time.process_time() - started:.1f} CPU s")
 
 
-run(
-    main,
-    settings=settings,
-    arguments=[
-        DEBORAH,
-        option("volume_fraction", "of the spheres, one per output", float, many=True, single=True),
-        option("design_map", "with stations and repeats of the design map", bool),
-        taken("table", "velocity table"),
-        made("trains", "netCDF files to write", many=True, single=True),
-    ],
-)
+run(main, settings=settings)

@@ -3,14 +3,12 @@
 python scripts/units.py --configfile config/config.yaml OUTPUT
 """
 
-from pathlib import Path
-
 from viscotrain.config import stages
 from viscotrain.fluid.units import physical_units
-from viscotrain.jobs.entry import Job, made, run
+from viscotrain.jobs.entry import Job, Result, run
 
 
-def main(job: Job, result: Path):
+def main(job: Job, result: Result):
     """Write the factors at all Deborah numbers."""
     own = job.settings
     units = physical_units(
@@ -22,4 +20,4 @@ def main(job: Job, result: Path):
     job.write(units, result, "physical units")
 
 
-run(main, settings=stages.units, arguments=[made("result", "netCDF file to write")])
+run(main, settings=stages.units)

@@ -1,58 +1,41 @@
-"""Verification stage: all comparisons and studies -> figures and a statement of accuracy.
+r"""Verification stage: all comparisons and studies -> figures and a statement of accuracy.
 
-With the verification folder of a study that has been verified:
+By hand, of what the stage has made:
 
-python scripts/verification_report.py --table TABLE FOLDER
+python scripts/verification_report.py --table TABLE --start-up NC... --closure-train NC... \
+    --closure-gap CSV... --convergence CSV... FOLDER
 """
 
+from collections.abc import Sequence
 from pathlib import Path
-
-import xarray as xr
+from typing import Annotated
 
 from viscotrain.drawing import verification_figures as figures
-from viscotrain.jobs import drawings
+from viscotrain.jobs import datasets, drawings
 from viscotrain.jobs.entry import Job, folder_of, made, run, taken
 from viscotrain.studies.findings import Findings
 
-PATTERNS = {  # of the files by their rules
-    "start_up": "start_up/*.nc",
-    "closure_train": "closure/train_*.nc",
-    "closure_gap": "closure/gap*.csv",
-    "convergence": "convergence/*.csv",
-}
 
-
-def main(job: Job, table, folder: Path, start_up, closure_train, closure_gap, convergence):
+def main(
+    job: Job,
+    table: Annotated[Path, taken("velocity table", named=True)],
+    folder: Annotated[Path, made("where to write", key="accuracy", convert=folder_of)],
+    start_up: Annotated[Sequence[Path], taken("of start_up.py", named=True)] = (),
+    closure_train: Annotated[Sequence[Path], taken("of closure_train.py", named=True)] = (),
+    closure_gap: Annotated[Sequence[Path], taken("of closure_gap.py", named=True)] = (),
+    convergence: Annotated[Sequence[Path], taken("of convergence.py", named=True)] = (),
+):
     """Draw every figure that there is data for and write `accuracy.md`."""
-    files = [start_up, closure_train, closure_gap, convergence]
-    if job.by_hand:
-        files = [sorted(folder.glob(pattern)) for pattern in PATTERNS.values()]
-    found = Findings.read(*files)
+    found = Findings.read(start_up, closure_train, closure_gap, convergence)
     for kind, rows in found.studies.items():
         drawings.save(figures.convergence(rows, kind), folder / kind)
     if found.start_ups:
         drawings.save(figures.start_up(found.start_ups), folder / "start_up")
     if found.trains:
         drawings.save(figures.closure(found.trains, found.spacing), folder / "closure")
-    text = found.accuracy(xr.load_dataset(table))
+    text = found.accuracy(datasets.read(table))
     (folder / "accuracy.md").write_text(text, encoding="utf-8")
     print(text)
 
 
-run(
-    main,
-    [
-        taken("table", "velocity table", flag="--table"),
-        made("folder", "results/<study>/verification", key="accuracy", convert=folder_of),
-        *(
-            taken(
-                name,
-                f"files {pattern}; all in the folder",
-                flag=f"--{name}",
-                many=True,
-                optional=True,
-            )
-            for name, pattern in PATTERNS.items()
-        ),
-    ],
-)
+run(main)

@@ -175,4 +175,4 @@ def test_scripts_have_no_plumbing_of_their_own():
     for name in scripts():
         text = (ROOT / "scripts" / f"{name}.py").read_text(encoding="utf-8")
         assert "snakemake" not in text and "noqa" not in text, name
-        assert text.count("\n") < 80, name
+        assert text.count("\n") < 65, name

@@ -37,19 +37,24 @@ def of_workflow(tmp_path, **parts):
     return SimpleNamespace(**empty | given, params=params, log=log, config=TINY.model_dump())
 
 
-ARGUMENTS = [
-    *entry.DISTANCES,
-    entry.taken("results", "files", many=True),
-    entry.made("result", "file"),
-    entry.made("timing", "file", optional=True),
-]
+SCRIPT = """
+def main(
+    job: Job,
+    sp: SP,
+    sf: SF,
+    results: Annotated[Sequence[Path], taken("files")],
+    result: Result,
+    timing: Timing = None,
+):
+    found.update(locals())
+"""
 
 
 def run_with(found: dict, namespace: dict):
     """Run a script, as it were, whose names are given, and find what its main was given."""
-    source = "def main(job, sp, sf, results, result, timing):\n    found.update(locals())\n"
-    exec(source, namespace)
-    entry.run(namespace["main"], ARGUMENTS, settings=stages.dns)
+    script = vars(entry) | namespace | {"found": found}
+    exec(SCRIPT, script)
+    entry.run(script["main"], settings=stages.dns)
 
 
 def test_a_job_gets_wildcards_files_and_settings(tmp_path):
@@ -60,7 +65,7 @@ def test_a_job_gets_wildcards_files_and_settings(tmp_path):
         input={"results": "one.nc"},
         output={"result": "a/b.nc"},
     )
-    run_with(found, {"snakemake": job, "__name__": "__main__", "found": found})
+    run_with(found, {"snakemake": job, "__name__": "__main__"})
     assert (found["sp"], found["sf"]) == (1.5, float("inf"))
     assert found["results"] == [Path("one.nc")]
     assert (found["result"], found["timing"]) == (Path("a/b.nc"), None)
@@ -76,7 +81,7 @@ def test_the_command_line_gets_the_same(tmp_path, monkeypatch):
     script = ROOT / "scripts" / "dns.py"
     line = ["--configfile", str(ROOT / "config/tiny.yaml"), "--sp", "1.5", "--sf", "1.5"]
     monkeypatch.setattr(sys, "argv", ["dns.py", *line, "one.nc", "out.nc"])
-    namespace = {"__name__": "__main__", "__file__": str(script), "__doc__": "x", "found": found}
+    namespace = {"__name__": "__main__", "__file__": str(script), "__doc__": "x"}
     run_with(found, namespace)
     own = found["job"]
     assert own.settings == stages.dns(TINY, 1.5, 1.5)
@@ -84,9 +89,21 @@ def test_the_command_line_gets_the_same(tmp_path, monkeypatch):
     assert (found["results"], found["result"]) == ([Path("one.nc")], Path("out.nc"))
 
 
+def test_what_a_rule_does_not_give_is_left_out_or_named(tmp_path):
+    found = {}
+    given = {"wildcards": {"sp": "1.5", "sf": "inf"}, "input": {"results": ["1.nc", "2.nc"]}}
+    job = of_workflow(tmp_path, **given, output={"result": "a.nc", "timing": "a.csv"})
+    run_with(found, {"snakemake": job, "__name__": "__main__"})
+    assert found["results"] == [Path("1.nc"), Path("2.nc")]
+    assert found["timing"] == Path("a.csv")
+    job = of_workflow(tmp_path, **given)
+    with pytest.raises(KeyError, match=r"the rule has no output\.result"):
+        run_with(found, {"snakemake": job, "__name__": "__main__"})
+
+
 def test_an_imported_script_does_nothing():
     found = {}
-    run_with(found, {"__name__": "dns", "found": found})
+    run_with(found, {"__name__": "dns"})
     assert found == {}
 
 

@@ -34,7 +34,7 @@ rule study_config:
     input:
         **FITTED_FLUID,
     output:
-        config=report(
+        result=report(
             f"{RESULTS}/config.yaml",
             caption="../report/config.rst",
             category="Study",

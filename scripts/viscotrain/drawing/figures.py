@@ -1,9 +1,12 @@
 """Figures by their names: each a function from a dataset to a drawing and the data it shows."""
 
 import re
+from pathlib import Path
 
 import xarray as xr
 
+from viscotrain.config.settings import FiguresSettings
+from viscotrain.drawing import rheology_figure, schematic
 from viscotrain.drawing.design_figures import draw_design_map, spacing_law, stations
 from viscotrain.drawing.pair_velocities import pair_velocity
 from viscotrain.drawing.relative_velocities import relative_velocities
@@ -15,6 +18,32 @@ from viscotrain.errors import ViscotrainError
 
 class FigureError(ViscotrainError, ValueError):
     """A figure is asked for that does not exist, or that the data cannot give."""
+
+
+def draw_with(
+    settings: FiguresSettings, name: str, source: Path | None, units: Path | None
+) -> Drawing:
+    """Make the figure of this name, of the study itself or of what a file holds.
+
+    Args:
+        settings: Of the figure.
+        name: File name of the figure, without extension.
+        source: The file; measured data for `rheology`.
+        units: File with the physical units of the study, for the figure of all stations.
+
+    Raises:
+        FigureError: There is no such figure, or it lacks a file.
+    """
+    if name == "schematic" and settings.schematic is not None:
+        return schematic.draw(schematic.geometry(settings.schematic))
+    if name == "rheology" and settings.rheology is not None:
+        fluid, rates = settings.rheology.known_fluid, settings.rheology.shear_rates()
+        measured = rheology_figure.measured(source) if source else None
+        return rheology_figure.rheology(fluid, measured, rates)
+    if source is None:
+        raise FigureError(f"{name} shows a file; found none")
+    physical = xr.load_dataset(units) if units else None
+    return draw(name, xr.load_dataset(source), settings.confinement, physical)
 
 
 def draw(

@@ -1,21 +1,21 @@
 """How a script runs: its arguments, declared once, for a rule of Snakemake and a command line.
 
-A script hands over a function and says where its arguments are from:
+A script hands over a function whose parameters say where they are from:
 
-    run(
-        main,
-        settings=stages.dns,
-        arguments=[
-            wildcard("sp", "distance to the trailing sphere, in d, or inf"),
-            made("result", "netCDF file to write"),
-            made("timing", "CSV file for CPU times", optional=True),
-        ],
-    )
+    def main(
+        job: Job,
+        sp: Annotated[float, wildcard("distance to the trailing sphere, in d, or inf")],
+        result: Annotated[Path, made("netCDF file to write")],
+        timing: Annotated[Path | None, made("CSV file for CPU times")] = None,
+    ): ...
+
+    run(main, settings=stages.dns)
 
 Snakemake's job gives wildcards, files and parameters by the same names; on the command line a
-wildcard is an option, `--sp`, and files are positional, in this order. `main(job, sp, ...)` gets
-the values by name, after a `Job`, whose settings are those of the rule, or made from `--configfile`
-by the same function as for the rule.
+wildcard is an option, `--sp`, and files are positional, in this order. A parameter with a default
+may be left out, one of type `Sequence` takes several. The `Job` has the settings of the rule; on
+the command line the same function as for the rule makes them of `--configfile`, and of arguments
+that it names or declares itself.
 """
 
 import argparse
@@ -23,11 +23,12 @@ import contextlib
 import inspect
 import os
 import sys
+import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolve are imported
 
@@ -41,77 +42,44 @@ from viscotrain.jobs import datasets, provenance
 from viscotrain.jobs.command import reporting
 from viscotrain.jobs.digests import digest
 
+# ------------------------------------------------------------------------------------- arguments
+
 
 @dataclass(frozen=True)
-class Argument:
-    """One argument of a script.
+class Source:
+    """Where a parameter of a script is from, and how it is shown on the command line.
 
     Attributes:
-        name: Of the parameter of `main`.
+        part: Of Snakemake's object.
         help: What it is, with its unit.
-        source: Part of Snakemake's object that holds it; empty for the command line alone.
-        key: Its name there.
-        convert: From the text of the command line, or Snakemake's value.
-        many: A list.
-        single: A list that holds one item on the command line.
-        optional: None, or an empty list, if it is not given.
-        flag: Name as an option of the command line, instead of a position.
+        named: Whether the command line has it as an option, `--name`, instead of a position.
+        key: Its name in the part; that of the parameter if empty.
+        convert: From the text of the command line, or Snakemake's value, instead of the type.
         choices: Allowed values.
+        single: Whether several, of a rule, are one on the command line.
     """
 
-    name: str
+    part: str
     help: str
-    source: str = ""
+    named: bool = False
     key: str = ""
-    convert: Callable[[Any], Any] = Path
-    many: bool = False
-    single: bool = False
-    optional: bool = False
-    flag: str = ""
+    convert: Callable[[Any], Any] | None = None
     choices: Sequence | None = None
-
-    def of_job(self, snakemake) -> Any:
-        """The value that Snakemake gives; None if it gives none."""
-        part = getattr(snakemake, self.source) if self.source else {}
-        value = part.get(self.key or self.name)
-        if self.many:
-            listed = [value] if isinstance(value, str) else value or []
-            return [self.convert(item) for item in listed]
-        return None if value is None else self.convert(value)
-
-    def add_to(self, parser: argparse.ArgumentParser):
-        """Declare it for the command line."""
-        name: dict[str, Any] = {"dest": self.name} if self.flag else {}
-        if self.convert is bool:
-            parser.add_argument(self.flag, action="store_true", help=self.help, **name)
-            return
-        how: dict[str, Any] = {"type": self.convert, "help": self.help, "choices": self.choices}
-        if self.many:
-            how |= {"nargs": 1 if self.single else "*" if self.optional else "+", "default": []}
-        elif self.optional and not self.flag:
-            how |= {"nargs": "?"}
-        if self.flag:
-            how |= name | {"required": not self.optional}
-        parser.add_argument(self.flag or self.name, **how)
+    single: bool = False
 
 
-def _flag(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
+wildcard = partial(Source, "wildcards", named=True)
+taken = partial(Source, "input")
+made = partial(Source, "output")
+option = partial(Source, "params", named=True)  # of the command line, and of a rule that has it
 
-
-def wildcard(name: str, help: str, convert: Callable[[str], Any] = float, **more) -> Argument:
-    """A wildcard of the rule, and an option of the command line."""
-    return Argument(name, help, "wildcards", convert=convert, flag=_flag(name), **more)
-
-
-def taken(name: str, help: str, **more) -> Argument:
-    """An input file, or several."""
-    return Argument(name, help, "input", **more)
-
-
-def made(name: str, help: str, **more) -> Argument:
-    """An output file, or several."""
-    return Argument(name, help, "output", **more)
+SP = Annotated[float, wildcard("distance of the middle to the trailing sphere, in d, or inf: none")]
+SF = Annotated[float, wildcard("distance of the leading to the middle sphere, in d, or inf: none")]
+Deborah = Annotated[float, wildcard("Deborah number, as the study defines it")]
+Table = Annotated[Path, taken("velocity table")]
+Units = Annotated[Path, taken("physical units of the study, units.nc")]
+Result = Annotated[Path, made("file to write")]
+Timing = Annotated[Path | None, made("CSV file for CPU times")]
 
 
 def folder_of(path: str | Sequence[str]) -> Path:
@@ -120,16 +88,72 @@ def folder_of(path: str | Sequence[str]) -> Path:
     return first.parent if first.suffix else first
 
 
-def option(name: str, help: str, convert: Callable[[str], Any] = str, **more) -> Argument:
-    """A choice of the command line, and a parameter of the rule if this has one of the name."""
-    return Argument(name, help, "params", convert=convert, flag=_flag(name), **more)
+@dataclass(frozen=True)
+class Argument:
+    """A parameter with its source: its name, how an item is converted, whether it takes several.
+
+    Attributes:
+        default: What it is if it is not given; `inspect.Parameter.empty` if it must be.
+    """
+
+    name: str
+    source: Source
+    convert: Callable[[Any], Any]
+    many: bool
+    default: Any
+
+    @property
+    def required(self) -> bool:
+        """Whether there is no default."""
+        return self.default is inspect.Parameter.empty
+
+    def of_job(self, snakemake) -> Any:
+        """The value that Snakemake gives, or the default."""
+        key = self.source.key or self.name
+        value = getattr(snakemake, self.source.part).get(key)
+        if value is None and self.required:
+            raise KeyError(f"the rule has no {self.source.part}.{key}")
+        if value is None:
+            return self.default
+        if self.many:
+            return [self.convert(item) for item in ([value] if isinstance(value, str) else value)]
+        return self.convert(value)
+
+    def add_to(self, parser: argparse.ArgumentParser):
+        """Declare it for the command line."""
+        how: dict[str, Any] = {"help": self.source.help}
+        name = self.name
+        if self.source.named:
+            name = f"--{name.replace('_', '-')}"
+            how["required"] = self.required
+        if self.convert is bool:
+            parser.add_argument(name, action="store_true", **how)
+            return
+        if self.many:
+            how["nargs"] = 1 if self.source.single else "+" if self.required else "*"
+        elif not (self.required or self.source.named):
+            how["nargs"] = "?"
+        if not self.required:
+            how["default"] = self.default
+        parser.add_argument(name, type=self.convert, choices=self.source.choices, **how)
 
 
-DISTANCES = (
-    wildcard("sp", "distance of the middle to the trailing sphere, in d, or inf: none"),
-    wildcard("sf", "distance of the leading to the middle sphere, in d, or inf: none"),
-)
-DEBORAH = wildcard("deborah", "Deborah number, as the study defines it")
+def declared(function: Callable) -> list[Argument]:
+    """The parameters of a function that say where they are from."""
+    hints = typing.get_type_hints(function, include_extras=True)
+    found = []
+    for name, parameter in inspect.signature(function).parameters.items():
+        kind, *more = typing.get_args(hints.get(name)) or (object,)
+        source = next((item for item in more if isinstance(item, Source)), None)
+        if source is not None:
+            item, *_ = typing.get_args(kind) or [kind]  # of Sequence[item], or of item | None
+            many = typing.get_origin(kind) is Sequence
+            convert = source.convert or item
+            found.append(Argument(name, source, convert, many, parameter.default))
+    return found
+
+
+# ------------------------------------------------------------------------------------------- jobs
 
 
 @dataclass(frozen=True)
@@ -171,7 +195,6 @@ class Job:
 
 def run(
     main: Callable,
-    arguments: Sequence[Argument],
     settings: Callable[..., Settings] | None = None,
     config: bool = False,
     solves: bool = False,
@@ -179,18 +202,18 @@ def run(
     """Run a script, as what it was started; nothing if it is imported.
 
     Args:
-        main: The function of the script.
-        arguments: What it takes after the `Job`.
-        settings: Makes the settings from the study, and from arguments of its own names; of a
-            declared type.
+        main: The function of the script: takes a `Job` and declared arguments.
+        settings: Makes the settings of the study, and of arguments that `main` or itself declares;
+            of a declared type.
         config: Whether the command line asks for a config though there are no settings.
         solves: Whether it solves flows, for which a process prepares.
     """
     script, work = main.__globals__, partial(_call, main, solves)
     if "snakemake" in script:
         with reporting(script["snakemake"].log[0]):
-            _as_job(work, arguments, settings, script["snakemake"])
+            _as_job(work, declared(main), settings, script["snakemake"])
     elif script["__name__"] == "__main__":
+        arguments = declared(main) + (declared(settings) if settings else [])
         _from_command_line(work, arguments, settings, config, script)
 
 
@@ -199,8 +222,7 @@ def _call(main: Callable, solves: bool, job: Job, values: Mapping[str, Any]):
         from viscotrain.flow.process import use_one_core
 
         use_one_core()
-    names = inspect.signature(main).parameters
-    main(job, **{name: value for name, value in values.items() if name in names})
+    main(job, **{argument.name: values[argument.name] for argument in declared(main)})
 
 
 def _as_job(work: Callable, arguments: Sequence[Argument], settings, snakemake):

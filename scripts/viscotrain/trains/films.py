@@ -83,6 +83,8 @@ def film(
     )
     for name in SCALARS:
         dataset[name] = train[name]
+    De, phi = float(train["deborah"]), float(train["volume_fraction"])
+    dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:g}"
     return dataset
 
 

@@ -1,0 +1,50 @@
+"""What a run made, in words: points solved, holes, accuracy, trains, where pictures are."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pandas as pd
+import xarray as xr
+
+from viscotrain.table import attributes, description, points
+from viscotrain.trains import design_map, repeats
+
+
+def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
+    """Points and errors of a velocity table, and CPU times of its simulations."""
+    table = xr.load_dataset(path)
+    total, missing = points.count(table), len(list(points.holes(table)))
+    twins = int(table["origin"].isin([attributes.SAME_PAIR, attributes.MIRROR]).sum())
+    shared = f"; {twins} by the simulation of the same flow" if twins else ""
+    if between := points.interpolated_points(table):
+        shared += f"; {between} interpolated between every second distance"
+    cpu = sum(pd.read_csv(file)["cpu_seconds"].sum() for file in timing)
+    return [
+        str(table.attrs["title"]),
+        f"  points solved   {total - missing} of {total}, {missing} holes{shared}",
+        f"  points not accurate: {points.inaccurate_points(table)}, "
+        f"by the fall-back: {points.fallback_points(table)}, "
+        f"largest estimated error {description.largest_error(table)}",
+        f"  interpolation   {description.largest_check_error(table)}",
+        f"  simulation      {cpu:.0f} CPU s in {len(timing)} jobs",
+        f"  table           {path}",
+    ]
+
+
+def of_trains(trains: Sequence[Path], maps: Sequence[Path]) -> Iterator[str]:
+    """The headlines of trains and design maps."""
+    for path in trains:
+        yield f"  train           {path}"
+        yield f"{'':18}{repeats.headline(xr.load_dataset(path))}"
+    for path in maps:
+        yield f"  design map      {path}"
+        yield f"{'':18}{design_map.headline(xr.load_dataset(path))}"
+
+
+def of_pictures(figures: Sequence[Path], movies: Sequence[Path]) -> list[str]:
+    """How many figures and movies there are, and where."""
+    lines = [f"  figures         {len(figures)} in {figures[0].parent}/"] if figures else []
+    for folder in movies:
+        count = sum(path.suffix in (".mp4", ".gif") for path in folder.iterdir())
+        lines.append(f"  movies          {count} in {folder}/")
+    return lines
