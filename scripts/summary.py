@@ -1,7 +1,7 @@
 r"""What a run made: points solved, holes, accuracy, trains, where the figures are.
 
-python scripts/summary.py --table TABLE --trains TRAINS... --timing CSV... \
-    --figures PNG... --movies FOLDER... --maps MAP OUTPUT
+python scripts/summary.py OUTPUT --table TABLE --trains TRAINS... --timing CSV... \
+    --figures PNG... --movies FOLDER... --maps MAP
 """
 
 from collections.abc import Sequence

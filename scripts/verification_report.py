@@ -2,8 +2,8 @@ r"""Verification stage: all comparisons and studies -> figures and a statement o
 
 By hand, of what the stage has made:
 
-python scripts/verification_report.py --table TABLE --start-up NC... --closure-train NC... \
-    --closure-gap CSV... --convergence CSV... FOLDER
+python scripts/verification_report.py FOLDER --table TABLE --start-up NC... \
+    --closure-train NC... --closure-gap CSV... --convergence CSV...
 """
 
 from collections.abc import Sequence

@@ -11,7 +11,7 @@ import shutil
 import pytest
 import xarray as xr
 import yaml
-from harness import CONFIG, DNS_JOB, SMALL, Project, written
+from harness import CONFIG, DNS_JOB, SMALL, Project, output, written
 
 from viscotrain.config.reading import load_study
 from viscotrain.words import NOT_ATTEMPTED, NOT_CONVERGED
@@ -201,6 +201,25 @@ def test_the_summary_names_movies_and_design_map(finished):
         "station_10",
         "station_20",
     ]
+
+
+@pytest.mark.slow
+def test_summary_and_page_by_hand_are_those_of_the_jobs(finished):
+    results = finished.folder / "results" / "small"
+    table, train = results / "table/velocity_table.nc", results / "trains/De1_phi0.01.nc"
+    line = ["scripts/summary.py", "again.txt", "--table", table, "--trains", train]
+    line += ["--movies", "results/small/movies/De1_phi0.01", "--timing"]
+    output(finished.run(*line, *(results / "dns" / "timing").iterdir()))
+    written = (results / "summary.txt").read_text(encoding="utf-8").splitlines()
+    again = (finished.folder / "again.txt").read_text(encoding="utf-8").splitlines()
+    shown = [text.replace(f"{finished.folder}/", "") for text in again]
+    assert len(shown) > 8
+    assert set(shown) <= set(written)
+    page = "scripts/interactive.py", "--configfile", "study.yaml"
+    output(finished.run(*page, table, results / "units.nc", "again.html", train))
+    assert (finished.folder / "again.html").read_bytes() == (
+        results / "interactive.html"
+    ).read_bytes()
 
 
 @pytest.mark.slow

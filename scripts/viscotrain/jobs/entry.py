@@ -172,7 +172,7 @@ class Job:
     study: str
     code: str
     by_hand: bool
-    whole_study: Callable[[], Study] | None = None
+    whole_study: Callable[[], Study]
 
     def attributes(self, title: str) -> dict[str, str]:
         """Global attributes of what it writes."""
