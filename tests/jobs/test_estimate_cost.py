@@ -86,16 +86,16 @@ def results_of(study: Study, folder: Path, geometries, trains=()) -> Path:
 
 def test_counts_of_a_study_that_never_ran(study, tmp_path):
     work = work_of(study, tmp_path)
-    # Of 2 x 2 and one to check, (inf, 1.5) is (1.5, inf).
+    # Of 2 x 2, a pair and one to check, (inf, 1.5) is (1.5, inf).
     assert work.flows == work.flows_left == simulated(study)
-    assert len(work.flows) == 4
+    assert len(work.flows) == 5
     assert work.solved == 0
     assert work.trains == work.trains_left == ((1.0, 0.01),)
 
 
 def test_finished_geometries_are_not_counted_again(study, tmp_path):
     work = work_of(study, results_of(study, tmp_path, list(simulated(study))[:3], [(1.0, 0.01)]))
-    assert len(work.flows_left) == 1
+    assert len(work.flows_left) == 2
     assert work.solved == 6
     assert len(work.trains_left) == 1  # the table they rest on will change
 
@@ -113,7 +113,7 @@ def test_results_of_other_settings_do_not_count(change, study, tmp_path):
     results_of(study, tmp_path, study.geometries)
     section, values = next(iter(change.items()))
     other = study.model_copy(update={section: getattr(study, section).model_copy(update=values)})
-    assert len(work_of(other, tmp_path).flows_left) == 4
+    assert len(work_of(other, tmp_path).flows_left) == 5
 
 
 def test_results_of_other_physics_do_not_count(study, tmp_path):
@@ -128,7 +128,7 @@ def test_broken_files_do_not_count(study, tmp_path):
     results_of(study, tmp_path, study.geometries[:1])
     path = tmp_path / f"dns/{geometry_name(*study.geometries[0])}.nc"
     path.write_bytes(path.read_bytes()[:100])
-    assert len(work_of(study, tmp_path).flows_left) == 4
+    assert len(work_of(study, tmp_path).flows_left) == 5
 
 
 def test_points_are_counted_and_not_files(study, tmp_path, measured):
@@ -174,7 +174,7 @@ def test_a_finished_transient_study_is_done_and_its_own_times_count(study, tmp_p
             row = {"sp": geometry[0], "sf": geometry[1], "deborah": De, "cpu_seconds": 9.0}
             pd.DataFrame([row]).to_csv(tmp_path / f"transient/timing/{name}.csv", index=False)
     assert work_of(study, tmp_path).flows_left == {}
-    assert "solved       8 points of 4 geometries" in estimate(study, tmp_path, 2, measured)
+    assert "solved       10 points of 5 geometries" in estimate(study, tmp_path, 2, measured)
     found = own_costs(tmp_path, "transient")
     model = CostModel(measured)
     assert flow_seconds(study, (1.5, 1.5), (0, 1), model, found) == pytest.approx(18.0)

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import simulated
+from viscotrain.config.geometries import simulated, wanted
 from viscotrain.config.names import train_name
 from viscotrain.config.outputs import DesignMapConfig, TrainsConfig
 from viscotrain.config.study import Study
@@ -260,7 +260,7 @@ def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) ->
     cost = cost_of(study, work, own, measured)
     simulated_points = sum(map(len, work.flows.values()))
     left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
-    table = len(study.geometries) * len(study.deborah.values)
+    table = sum(len({*study.geometries, *wanted(study, De)}) for De in study.deborah.values)
     unsolved = len(work.outcomes) - work.solved
     trains, trains_left = len(work.trains), len(work.trains_left)
     each = f", {cost.flows / left:.0f} s per geometry" if left else ""
