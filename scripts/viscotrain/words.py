@@ -14,6 +14,12 @@ CONTACT = 1.0  # distance of touching spheres, in d
 NEGLIGIBLE = 1e-6  # relative velocities below this are the simulation's error, in Ubar
 FEWEST_TRAIN_SPHERES = 3  # that a train starts with, so a channel must hold them
 
+DEBORAH_NUMBERS = {  # variables of datasets
+    "deborah": "Deborah number, as the study defines it",
+    "deborah_longest_mode": "Deborah number of the longest relaxation time",
+    "deborah_mean_relaxation_time": "Deborah number of the viscosity-weighted mean relaxation time",
+}
+
 
 def has_solution(status):
     """Whether there are velocities, be they less accurate than asked for; of any shape."""

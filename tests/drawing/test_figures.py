@@ -17,9 +17,9 @@ from viscotrain.table.assembly import combine
 from viscotrain.table.check import check_errors
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.motion import chain_motion
-from viscotrain.trains.repeats import DEBORAH_NUMBERS, run_repeats
+from viscotrain.trains.repeats import run_repeats
 from viscotrain.trains.variables import described
-from viscotrain.words import INACCURATE
+from viscotrain.words import DEBORAH_NUMBERS, INACCURATE
 
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
 HOLES = {(1.0, 1.5, 2.5), (1.0, INF, 4.5)}

@@ -17,19 +17,14 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
+from viscotrain.words import DEBORAH_NUMBERS
 
 MICROLITRES_PER_MINUTE = 60e9  # of one m^3/s
 MILLIMETRES = 1e3  # of one m
 CENTIMETRES, MICROMETRES = 0.1, 1e3  # of one mm
 
 WORDS = ("units", "long_name")
-FACTORS = {
-    "deborah": ("1", "Deborah number, as the study defines it"),
-    "deborah_longest_mode": ("1", "Deborah number of the longest relaxation time"),
-    "deborah_mean_relaxation_time": (
-        "1",
-        "Deborah number of the viscosity-weighted mean relaxation time",
-    ),
+FACTORS = {name: ("1", text) for name, text in DEBORAH_NUMBERS.items()} | {
     "channel_diameter": ("mm", "channel diameter, unit of lengths along the channel"),
     "particle_diameter": ("mm", "particle diameter, unit of distances"),
     "mean_velocity": ("m s-1", "mean velocity of the flow, unit of velocities"),

@@ -13,6 +13,7 @@ from viscotrain.trains.motion import Velocities
 from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
 from viscotrain.trains.statistics import statistics
 from viscotrain.trains.variables import described
+from viscotrain.words import DEBORAH_NUMBERS
 
 TRACKED_SPHERES = 40
 TRACK_STATIONS = 81  # evenly from inlet to outlet
@@ -23,11 +24,6 @@ BALANCE = {
     "removed": "spheres that left the channel",
     "remaining": "spheres in the channel at the end",
     "delayed": "injections that waited for room",
-}
-DEBORAH_NUMBERS = {
-    "deborah": "Deborah number, as the study defines it",
-    "deborah_longest_mode": "Deborah number of the longest relaxation time",
-    "deborah_mean_relaxation_time": "Deborah number of the viscosity-weighted mean relaxation time",
 }
 
 
