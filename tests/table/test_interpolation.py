@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from harness import REFERENCE, output, run_python
+from harness import REFERENCE, VERIFICATION, output, run_python
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
@@ -324,3 +324,33 @@ def test_loading_and_interpolating_need_no_ngsolve(table, tmp_path):
         "print(sorted(m for m in sys.modules if m.startswith(('ngsolve', 'netgen', 'pyngcore'))))"
     )
     assert output(run_python("-c", code)).strip() == "[]"
+
+
+# ------------------------------------------------------------------- simulated pairs, far away
+
+
+def simulated_pairs():
+    pairs = pd.read_csv(VERIFICATION / "pairs" / "pairs.csv", comment="#")
+    between = pairs.distance.isin([7.0, 10.0, 14.0])
+    return pairs[~between], pairs[between]
+
+
+@pytest.mark.parametrize("confinement", [0.2, 0.4])
+@pytest.mark.parametrize("De", [0, 1, 5])
+def test_pairs_between_and_beyond_their_distances_against_simulation(confinement, De):
+    """The cubic in 1/s beyond the last distance had the wrong sign at De = 1, s = 10."""
+    nodes, between = (
+        part[(part.confinement == confinement) & (part.deborah == De)] for part in simulated_pairs()
+    )
+    nodes, single = nodes[np.isfinite(nodes.distance)], nodes[np.isinf(nodes.distance)]
+    U = np.full((2, 2, 3), single.trailing.item())
+    U[0, 1, :2] = U[1, 0, 1:] = nodes[["trailing", "leading"]].iloc[0]
+    axis = [nodes.distance.iloc[0], INF]
+    pairs = Pairs(nodes.distance.to_numpy(), nodes[["trailing", "leading"]].to_numpy())
+    velocities = TripletVelocities(axis, axis, U, pairs)
+    relative = np.diff(velocities(between.distance, INF))[:, 0]
+    simulated = (between.leading - between.trailing).to_numpy()
+    assert len(simulated) == 3
+    np.testing.assert_allclose(relative, simulated, rtol=0, atol=5e-6)
+    sure = np.abs(simulated) > between.error.max()
+    assert (np.sign(relative[sure]) == np.sign(simulated[sure])).all()

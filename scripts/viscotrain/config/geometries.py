@@ -10,7 +10,7 @@ from viscotrain.config.study import Study
 from viscotrain.table.triplets import Triplet, every_second, simulations
 
 FARTHEST_PAIR = 12.0  # d, that pairs reach at least
-SMALLEST_RATIO, LARGEST_RATIO = 1.1, 1.5  # of two distances of pairs beyond those of triplets
+FARTHER = 1.5  # ratio of two distances of pairs beyond those of triplets
 
 
 def check_geometries(study: Study) -> tuple[tuple[float, float], ...]:
@@ -38,16 +38,14 @@ def pair_distances(study: Study) -> tuple[float, ...]:
     """Distances at which two spheres alone are simulated, in d, ascending.
 
     Pairs have one distance only, so they are resolved more finely than triplets: by default also
-    in the middles, in 1/s, between the distances of triplets, and, with the ratio of the last two,
-    beyond them as far as `FARTHEST_PAIR`.
+    in the middles, in 1/s, between the distances of triplets, and beyond them to `FARTHEST_PAIR`.
     """
     own = sorted({s for s in (*study.table.sp, *study.table.sf) if math.isfinite(s)})
     if study.table.pair is not None:
         return tuple(sorted({*own, *study.table.pair}))
     every = sorted({*own, *_middles(own)})
-    ratio = max(every[-1] / every[-2], SMALLEST_RATIO) if len(every) > 1 else LARGEST_RATIO
     while every[-1] < FARTHEST_PAIR:
-        every.append(float(f"{every[-1] * min(ratio, LARGEST_RATIO):.4g}"))
+        every.append(float(f"{every[-1] * FARTHER:.4g}"))
     return tuple(every)
 
 

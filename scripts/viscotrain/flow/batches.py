@@ -12,7 +12,8 @@ with B the shape functions and their derivatives, q the points and w the weights
 ngsolve uses. In coordinates of the reference triangle B is the same for all elements of a kind,
 that is, with the same sense of their edges; so the sums are one product of matrices for each pair
 of components and each kind. The results are those of ngsolve up to round-off. The matrix is never
-put together: matrices of elements are what is factorised (`fronts`).
+put together: matrices of elements are what is factorised (`fronts`), by themselves in
+single precision, in which a solution has errors that an iteration corrects (`newton`).
 """
 
 from collections.abc import Callable, Iterator
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from viscotrain.flow.dissection import Dissection
 from viscotrain.flow.elements import BATCH, Elements
-from viscotrain.flow.fronts import FrontalFactors
+from viscotrain.flow.fronts import FrontalFactors, Precision
 from viscotrain.flow.jets import Jet
 
 Integrals = Callable[[list, list, Callable], list]
@@ -38,6 +39,9 @@ class BatchedForm:
         integrals: Integrands over the domain, of the trial and the test functions of the
             components, as jets; the third argument makes values of a vector of the space.
         rest: Integrals over boundaries, linear, in a form on the same space.
+
+    Attributes:
+        precision: Type of the numbers in factors.
     """
 
     def __init__(self, space: ngsolve.FESpace, integrals: Integrals, rest: ngsolve.BilinearForm):
@@ -47,6 +51,7 @@ class BatchedForm:
         self._blocks: dict[tuple[int, int], tuple] = {}  # the latest linearisation, by components
         self._rest_in_elements: tuple | None = None
         self._dissections: dict[str, Dissection] = {}
+        self.precision: Precision = np.float32
 
     @property
     def _elements(self) -> "Elements":
@@ -80,12 +85,13 @@ class BatchedForm:
                     self._blocks[i, j] = elements.referred(own)
         self._rest.AssembleLinearization(state)
 
-    def _matrices(self) -> Iterator[tuple[slice, NDArray]]:
+    def _matrices(self, precision: Precision = np.float64) -> Iterator[tuple[slice, NDArray]]:
         """Elements and their matrices (elements, unknowns, unknowns), overwritten by the next."""
         elements = self._elements
         used, (owners, rows, columns) = self._places_of_rest()
         values = np.asarray(self._rest.mat.CSR()[0])[used]
-        space = np.empty((BATCH, elements.unknowns.shape[1], elements.unknowns.shape[1]))
+        size = elements.unknowns.shape[1]
+        space = np.empty((BATCH, size, size), precision)
         for kind, members in elements.batches():
             matrices = space[: members.stop - members.start]
             matrices[:] = 0.0
@@ -148,7 +154,8 @@ class BatchedForm:
         if key not in self._dissections:
             mask, elements = np.fromiter(free, bool, len(free)), self._elements
             self._dissections[key] = Dissection(elements.unknowns, mask, elements.centres())
-        return VectorFactors(FrontalFactors(self._dissections[key], self._matrices()))
+        matrices = self._matrices(self.precision)
+        return VectorFactors(FrontalFactors(self._dissections[key], matrices, self.precision))
 
 
 class VectorFactors:

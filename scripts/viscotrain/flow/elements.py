@@ -179,7 +179,8 @@ class Elements:
     ):
         """Write integrals of slopes with pairs of shape functions into matrices of elements."""
         i, j = components
-        product = slopes.reshape(len(slopes), -1) @ self._kernel(kind, i, j, names)
+        flat = slopes.reshape(len(slopes), -1).astype(matrices.dtype, copy=False)
+        product = flat @ self._kernel(kind, i, j, names, matrices.dtype)
         product = product.reshape(len(slopes), -1, self.of_components[j].shape[1])
         for row, to_row in self._pieces[i]:
             for column, to_column in self._pieces[j]:
@@ -207,9 +208,9 @@ class Elements:
             np.multiply(slope, self._measure, out=values[:, k])
         return tuple(slopes), values
 
-    def _kernel(self, kind: int, i: int, j: int, used: tuple) -> NDArray:
+    def _kernel(self, kind: int, i: int, j: int, used: tuple, precision: np.dtype) -> NDArray:
         """Products of shape functions, (used pairs of quantities times points, unknowns)."""
-        key = kind, self._sorts[i], self._sorts[j], used
+        key = kind, self._sorts[i], self._sorts[j], used, precision
         if key not in self._kernels:
             one = np.ones((1, 1, len(self._weights)))
             left, right = (
@@ -217,7 +218,8 @@ class Elements:
                 for sort in (self._sorts[i], self._sorts[j])
             )
             product = [left[t].T[:, :, None] * right[s].T[:, None, :] for t, s in used]
-            self._kernels[key] = np.stack(product).reshape(len(used) * len(self._weights), -1)
+            table = np.stack(product).reshape(len(used) * len(self._weights), -1)
+            self._kernels[key] = table.astype(precision)
         return self._kernels[key]
 
     def places(self, rows: NDArray, columns: NDArray) -> tuple[NDArray, NDArray, NDArray]:

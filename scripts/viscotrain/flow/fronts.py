@@ -14,18 +14,22 @@ matrix of the whole is stored, and there is no pattern to be analysed. Pivots ar
 only. F11 can be singular where the matrix is not: a pressure has no entry of its own on the
 diagonal, and in the corner of a part there may be no velocity to go with it. Then such unknowns are
 eliminated one part later, in this matrix and all that follow.
+
+The factors have the precision of the matrices. In single precision they take half the time and the
+memory, which is good enough for an iteration that corrects their errors.
 """
 
 from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
+from scipy.linalg import get_lapack_funcs
 
 from viscotrain.flow.dissection import Dissection, Part
 
 LARGEST = 1e6  # entry of W with which pivots are large enough
 
+Precision = type[np.float32] | type[np.float64]
 Batches = Iterable[tuple[slice, NDArray]]
 
 
@@ -39,13 +43,14 @@ class FrontalFactors:
     Args:
         dissection: Of the elements.
         batches: Of which elements, and their matrices (elements, unknowns, unknowns).
+        precision: Type of the matrices.
 
     Raises:
         SingularError: Some part has none.
     """
 
-    def __init__(self, dissection: Dissection, batches: Batches):
-        self._dissection = dissection
+    def __init__(self, dissection: Dissection, batches: Batches, precision: Precision = np.float64):
+        self._dissection, self._precision = dissection, precision
         self._factors: list = [None] * len(dissection.parts)
         outer = self._condense(batches)
         passed: list = [None] * len(dissection.parts)
@@ -93,14 +98,15 @@ class FrontalFactors:
         """The matrix of a part, of its elements or of what its halves pass on."""
         size = part.own.size + part.kept.size
         if part.halves:
-            F = np.zeros((size, size), order="F")
+            F = np.zeros((size, size), self._precision, order="F")
             for place, half in zip(part.places, part.halves, strict=True):
                 _add(F, place, passed[half.place])
             return F
         members = outer[self._dissection.order[part.first : part.end]]
         mine = np.asarray(part.places)
         places = mine[:, :, None] + (size + 1) * mine[:, None, :]
-        entries: NDArray = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
+        entries = np.bincount(places.ravel(), members.ravel(), (size + 1) ** 2)
+        entries = entries.astype(self._precision, copy=False)
         return entries.reshape(size + 1, size + 1).T[:size, :size]
 
     @staticmethod
@@ -108,12 +114,13 @@ class FrontalFactors:
         """Factors of a front and what is passed on; none if the pivots are too small."""
         if own == 0:
             return (), F
-        lu, pivots, failed = lapack.dgetrf(F[:own, :own])
+        getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (F,))
+        lu, pivots, failed = getrf(F[:own, :own])
         if failed:
             return None
         W, below = F[:own, own:], np.asfortranarray(F[own:, :own])
         if below.size:
-            W, _ = lapack.dgetrs(lu, pivots, W)
+            W, _ = getrs(lu, pivots, W)
             if np.abs(W).max() > largest:
                 return None
         return (lu, pivots, W, below), F[own:, own:] - below @ W
@@ -138,16 +145,18 @@ class FrontalFactors:
 
     def _condense(self, batches: Batches) -> NDArray:
         """Eliminate inner unknowns of elements; returns the rest of the matrices."""
-        dissection = self._dissection
+        dissection, precision = self._dissection, self._precision
         inner, outer = dissection.inner, dissection.outer
         m, n, count = (
             dissection.inner_count,
             dissection.outer_unknowns.shape[1],
             len(dissection.order),
         )
-        result, self._diagonal = np.empty((count, n, n)), np.empty((count, n))
-        self._inverse = np.empty((count, m, m))
-        self._right, self._left = np.empty((count, m, n)), np.empty((count, n, m))
+        result = np.empty((count, n, n), precision)
+        self._diagonal = np.empty((count, n), precision)
+        self._inverse = np.empty((count, m, m), precision)
+        self._right = np.empty((count, m, n), precision)
+        self._left = np.empty((count, n, m), precision)
         for members, matrices in batches:
             self._diagonal[members] = np.diagonal(matrices, axis1=1, axis2=2)[:, outer]
             coupling = matrices[:, inner][:, :, outer]
@@ -162,6 +171,7 @@ class FrontalFactors:
             np.subtract(matrices[:, outer][:, :, outer], result[members], out=result[members])
         return result
 
+    @np.errstate(invalid="ignore", over="ignore")  # an iteration that diverges stops
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         """Solution for the free unknowns; the others are zero.
 
@@ -175,13 +185,14 @@ class FrontalFactors:
             inverse, to_outer, from_outer = (
                 np.swapaxes(each, 1, 2) for each in (inverse, from_outer, to_outer)
             )
+        right = right.astype(self._precision)
         inner = right[dissection.inner_unknowns][:, :, None]
-        b = np.append(right, 0.0)
+        b = np.append(right, self._precision(0))
         outer = dissection.outer_unknowns
         np.subtract.at(b, outer, (to_outer @ inner)[:, :, 0])
         x = b[dissection.unknowns]
         (self._sweep_transposed if transposed else self._sweep)(x)
-        solution = np.zeros(right.size + 1)
+        solution = np.zeros(right.size + 1, self._precision)
         solution[dissection.unknowns] = x
         found = inverse @ inner - from_outer @ solution[outer][:, :, None]
         solution[dissection.inner_unknowns] = found[:, :, 0]
@@ -192,9 +203,10 @@ class FrontalFactors:
         pairs = [
             pair for pair in zip(self._dissection.parts, self._factors, strict=True) if pair[1]
         ]
+        getrs = get_lapack_funcs("getrs", (x,))
         for part, (lu, pivots, _, below) in pairs:
             own = slice(part.own[0], part.own[-1] + 1)
-            x[own], _ = lapack.dgetrs(lu, pivots, x[own])
+            x[own], _ = getrs(lu, pivots, x[own])
             x[part.kept] -= below @ x[own]
         for part, (_, _, W, _) in reversed(pairs):
             x[part.own[0] : part.own[-1] + 1] -= W @ x[part.kept]
@@ -204,18 +216,19 @@ class FrontalFactors:
         pairs = [
             pair for pair in zip(self._dissection.parts, self._factors, strict=True) if pair[1]
         ]
+        getrs = get_lapack_funcs("getrs", (x,))
         for part, (_, _, W, _) in pairs:
             x[part.kept] -= W.T @ x[part.own[0] : part.own[-1] + 1]
         for part, (lu, pivots, _, below) in reversed(pairs):
             own = slice(part.own[0], part.own[-1] + 1)
-            x[own], _ = lapack.dgetrs(lu, pivots, x[own] - below.T @ x[part.kept], trans=1)
+            x[own], _ = getrs(lu, pivots, x[own] - below.T @ x[part.kept], trans=1)
 
 
 def _add(F: NDArray, places: NDArray, matrix: NDArray):
     """Add a matrix to rows and columns, both ascending, of F: by runs of places without a gap."""
     ends = np.flatnonzero(np.diff(places) != 1) + 1
     firsts, ends = np.append(0, ends), np.append(ends, places.size)
-    wide = np.zeros((F.shape[0], places.size), order="F")
+    wide = np.zeros((F.shape[0], places.size), F.dtype, order="F")
     for first, end in zip(firsts, ends, strict=True):
         wide[places[first] : places[first] + end - first] = matrix[first:end]
     for first, end in zip(firsts, ends, strict=True):

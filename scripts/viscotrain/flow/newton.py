@@ -7,8 +7,13 @@ each update the next one is computed with the same matrix. If it is smaller by l
 
 the last update was too long: half of it is taken back, and again, until that holds (the natural
 monotonicity test; P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, sec. 3.3).
-Then the matrix is kept while the present rate of contraction promises to end within `PATIENCE`
-updates, and from one solve to the next of the same `ModifiedNewton`.
+The updates with one matrix are combined: Anderson's method (H. F. Walker & P. Ni, SIAM J. Numer.
+Anal. 49, 2011, 1715) takes the combination of the last `DEPTH` + 1 states whose own combination of
+updates is smallest. Then the matrix is kept while the present rate of contraction promises to end
+within `PATIENCE` updates, and from one solve to the next of the same `ModifiedNewton`.
+
+Factors are of single precision. The residual of the linearised equations that a first update leaves
+is known from a difference of residuals; where its correction is not small, precision is doubled.
 """
 
 import math
@@ -16,11 +21,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import ngsolve
+import numpy as np
+from numpy.typing import NDArray
 
 from viscotrain.flow.batches import BatchedForm, VectorFactors
 from viscotrain.flow.factorisation import FactorisationError, NgsolveFactors, factorise
 
-PATIENCE = 12  # updates with an old matrix that are cheaper than a new one
+PATIENCE = 25  # updates with an old matrix that are cheaper than a new one
+DEPTH = 5  # earlier updates that the next one is combined with
+ROUGHEST = 0.03  # error of an update, over it, with factors in single precision
+DIFFERENCE = 1e-6  # rms change of the unknowns that this error is seen from
 SHORTEST_STEP = 1 / 32  # share of an update
 STALL = 4  # factorisations in which the update must have halved
 DIVERGENCE = 1e3  # rms update at which the iteration is given up: unknowns are of order one
@@ -90,13 +100,14 @@ class ModifiedNewton:
         """
         result = Convergence()
         residual, update, last = (state.vec.CreateVector() for _ in range(3))
+        mixing = _Mixing()
         firsts = []  # rms of the first update with each matrix
         step, last_size = 0.0, math.nan  # share applied of `last`; 0: none with this matrix
         fresh = False  # whether the matrix was made for `last`
         for _ in range(max_iterations):
             prepare()
             if self._factors is None:
-                step, fresh = 0.0, True
+                step, fresh, mixing = 0.0, True, _Mixing()
             try:
                 size = self._compute(state, residual, update, result)
             except FactorisationError as error:
@@ -123,10 +134,8 @@ class ModifiedNewton:
                 continue
             elif _updates_to_go(last_size, size, tolerance) > PATIENCE:
                 self._factors = None
-            state.vec.data -= update
-            last.data = update
-            fresh = fresh and step == 0
-            step, last_size = 1.0, size
+            mixing.apply(state.vec, update, last)
+            fresh, step, last_size = fresh and step == 0, 1.0, size
         return self._give_up(result, f"no convergence to {tolerance:.1e}")
 
     def _compute(
@@ -147,12 +156,37 @@ class ModifiedNewton:
             self._form.AssembleLinearization(state.vec)
             self._factors = factorise(self._form, self._free)
             result.factorisations += 1
+            self._factors.solve(residual, update)
+            if self._is_rough(state, residual, update):
+                self._form.precision = np.float64
+                self._factors = factorise(self._form, self._free)
+                result.factorisations += 1
         self._factors.solve(residual, update)
         root_of_size = math.sqrt(self._free.NumSet())
         size = update.Norm() / root_of_size
         result.residuals.append(residual.Norm() / root_of_size)
         result.updates.append(size)
         return size
+
+    def _is_rough(
+        self,
+        state: ngsolve.GridFunction,
+        residual: ngsolve.BaseVector,
+        update: ngsolve.BaseVector,
+    ) -> bool:
+        """Whether new factors are too imprecise for the update at a state, by its own residual."""
+        assert self._factors is not None
+        if not isinstance(self._form, BatchedForm) or self._form.precision is np.float64:
+            return False
+        left, error = residual.CreateVector(), update.CreateVector()
+        length = DIFFERENCE / max(update.Norm() / math.sqrt(self._free.NumSet()), 1.0)
+        error.data = state.vec - length * update
+        self._form.Apply(error, left)  # residual - length matrix update
+        left -= (1 - length) * residual
+        left *= 1 / length
+        self._onto_free.Project(left)
+        self._factors.solve(left, error)
+        return not error.Norm() < ROUGHEST * update.Norm()
 
     def adjoint(
         self, state: ngsolve.GridFunction
@@ -180,6 +214,27 @@ class ModifiedNewton:
         last = result.updates[-1]
         result.reason = f"{reason}: update {last:.1e} in iteration {result.iterations}"
         return result
+
+
+class _Mixing:
+    """Anderson's method for the updates with one matrix."""
+
+    def __init__(self):
+        self._states: list[NDArray] = []
+        self._updates: list[NDArray] = []
+
+    def apply(
+        self, state: ngsolve.BaseVector, update: ngsolve.BaseVector, applied: ngsolve.BaseVector
+    ):
+        """Combine the update at a state with those before, and apply it."""
+        self._states = [*self._states[-DEPTH:], state.FV().NumPy().copy()]
+        self._updates = [*self._updates[-DEPTH:], update.FV().NumPy().copy()]
+        applied.data = update
+        if len(self._states) > 1:
+            states, updates = (np.diff(each, axis=0).T for each in (self._states, self._updates))
+            shares, *_ = np.linalg.lstsq(updates, self._updates[-1])
+            applied.FV().NumPy()[:] += (states - updates) @ shares
+        state.data -= applied
 
 
 def _hopeless(firsts: list[float]) -> str:

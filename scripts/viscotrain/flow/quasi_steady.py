@@ -11,7 +11,9 @@ branch of its own, so that what is found there does not depend on which others a
 
 Climb. From there the order is raised, and the error estimated in each (`refinement`). Where no
 order within the limits promises to be accurate, or only at a higher cost than on a finer mesh,
-there is such a mesh for this De, and the climb goes on there.
+there is such a mesh for this De, and a new climb up to this order on it, from well below: guesses
+from another mesh are poor, and low orders cost little. There the error tells early whether the
+mesh keeps its promise.
 
 Stuck. Where a higher order cannot be solved, the mesh is refined by the error of the order below.
 Where nothing was found, the De is solved on the mesh of the start in short steps of De, and is
@@ -37,8 +39,8 @@ NEWTONIAN_ORDER = 6  # of the velocity, at least
 LOWEST_ORDER = 3  # of the velocity, of results; scouts go one below
 SCOUT_TOLERANCE = 1e-5  # of the solutions that errors are estimated from
 RUNGS = (1.0, 3.0)  # of the ladder in one decade
-REFINEMENTS = 4  # of one De
-LEAST_GAIN = 1.5  # of a refinement, for another one to be tried
+REFINEMENTS = 3  # of one De
+LEAST_GAIN = 1.5  # of a mesh over that before, for another one to be tried
 RESCUE_REDUCTION = 4.0  # of the error, by the mesh of an order that is stuck
 SHORT_STEP = 1.5  # ratio of De where nothing else helped
 
@@ -232,22 +234,20 @@ class _Ladder:
             return _Found(start.flow, convergence, iterations)
         path, found, plan = self._climb(start, De, self._higher)
         iterations += found.iterations
-        for _ in range(REFINEMENTS):
+        for remaining in reversed(range(REFINEMENTS)):
             if found.accurate or plan is None or plan.sizes is None or self._remesh is None:
                 break
             mesh = self._remesh(plan.sizes)
-            finer = self._on_another_mesh(mesh, plan.order - 1, [start, path])
+            finer = self._on_another_mesh(mesh, refinement.first_order(plan.order), [start, path])
             convergence, more = finer.advance(De)
             iterations += more
             if not convergence.converged:
                 break
-            finer, better, plan = self._climb(finer, De, {})
+            least = found.error.decisive / LEAST_GAIN if found.error else math.inf
+            finer, better, plan = self._climb(finer, De, {}, least if remaining else 0.0)
             iterations += better.iterations
-            gain = _gain(found, better)
-            if gain > 1:
+            if _is_better(better, found):
                 path, found = finer, better
-            if gain < LEAST_GAIN:
-                break
         if found.convergence.converged:
             found.convergence = path.finish(self._options.tolerance)
             iterations += found.convergence.iterations
@@ -268,7 +268,11 @@ class _Ladder:
         return branch, convergence, iterations + more
 
     def _climb(
-        self, below: Continuation, De: float, higher: dict[int, Continuation]
+        self,
+        below: Continuation,
+        De: float,
+        higher: dict[int, Continuation],
+        worth: float = math.inf,
     ) -> tuple[Continuation, _Found, refinement.Plan | None]:
         """Raise the order until the error is small or another mesh promises more.
 
@@ -276,6 +280,7 @@ class _Ladder:
             below: Is at De.
             De: lambda_1 Ubar/D.
             higher: Continuations on the same mesh by order, known from smaller De.
+            worth: Error from which on another mesh is worth a trial.
         """
         iterations, found = 0, None
         while True:
@@ -292,7 +297,8 @@ class _Ladder:
             if found.accurate or found.error is None:
                 return path, found, None
             allowed = _allowed(path.flow, self._options)
-            plan = refinement.plan(path.flow, found.error, allowed, self._options.limits)
+            again = found.error.decisive <= worth
+            plan = refinement.plan(path.flow, found.error, allowed, self._options.limits, again)
             if plan is None or plan.sizes is not None:
                 return path, found, plan
             below = path
@@ -329,10 +335,10 @@ class _Ladder:
         return finer
 
 
-def _gain(old: _Found, new: _Found) -> float:
-    """Error of the old over that of the new one; infinite where only the new one is known."""
+def _is_better(new: _Found, old: _Found) -> bool:
+    """Whether the error of a solution is smaller than that of another one, or the only known."""
     if not new.convergence.converged:
-        return 0.0
+        return False
     if not old.convergence.converged or old.error is None:
-        return math.inf
-    return 0.0 if new.error is None else old.error.decisive / new.error.decisive
+        return True
+    return new.error is not None and new.error.decisive < old.error.decisive

@@ -17,7 +17,8 @@ does not resolve. Signs are as good as random, since most of a transported error
     error of J = `SAFETY` [sum over K of eta_K^2 r_K s_K]^(1/2).
 
 Of (r_K s_K)^n, n = 1/2 scatters least about true errors; `SAFETY` is such that at most one in
-twenty is larger. One more order multiplies it by about the mean of r_K s_K, weighted with |eta_K|.
+twenty is larger. One more order multiplies it by about the mean of r_K s_K, weighted with |eta_K|,
+to the power `GAIN_POWER`.
 
 The new mesh has elements of such sizes h that all contribute the same. What comes from one element
 goes like h^(2 + q), with q between that of an unresolved layer and that of a smooth solution,
@@ -43,9 +44,14 @@ RATES = 0.5, 3.0
 SMOOTH = 1 / 16  # product of the decays of a smooth solution
 FINEST, COARSEST = 0.4, 1.0  # change of the size of an element in one refinement
 MESHED = 1.07  # sizes of the triangles that Netgen makes, over those asked for
-RESERVE = 2.0  # of a new mesh, since estimates scatter between meshes
+RESERVE = 3.0  # error on a new mesh over what its sizes promise
 LEAST_REDUCTION = 2.0  # of the error, for which a new mesh is made
-ANOTHER_MESH = 2.0  # cost of a solution whose guess is from another mesh, over one on the same
+LEAST_GAIN = 1.3  # the same, for which a higher order is solved
+ANOTHER_MESH = 2.0  # cost on a new mesh, which may not keep its promise, over that on the same
+GAIN_POWER = 0.7  # of the mean of r_K s_K: what one more order has been seen to gain
+ORDERS_BELOW = 3  # on a new mesh, that are solved before the one to end with
+LOWEST_ORDER = 3  # with an estimate of the error
+ABOUT = 1.1  # unknowns that there may be, over those that a mesh is made for
 MANY_ELEMENTS = 50  # an unknown that belongs to more is no unknown of an element
 
 
@@ -129,7 +135,7 @@ def estimate(
         relative=tuple(totals[1:]),
         contributions=shares * np.sqrt(gains),
         rates=RATES[0] + (RATES[1] - RATES[0]) * smoothness,
-        gain=float(shares @ gains / shares.sum()),
+        gain=float(shares @ gains / shares.sum()) ** GAIN_POWER,
     )
 
 
@@ -145,49 +151,69 @@ def compared(flow: Flow, below: Flow) -> Estimate:
     )
 
 
-def plan(flow: Flow, error: Estimate, allowed: float, limits: Limits) -> Plan | None:
-    """The order and the mesh that promise the accuracy at the least cost.
+def plan(
+    flow: Flow, error: Estimate, allowed: float, limits: Limits, remesh: bool = True
+) -> Plan | None:
+    """The order and the mesh that promise the accuracy, or to come closest, at the least cost.
 
     Args:
         flow: On the present mesh.
         error: In the present order.
         allowed: Error to reach.
         limits: Of orders and unknowns.
+        remesh: Whether another mesh may be made.
 
     Returns:
         None if nothing within the limits promises to be much more accurate.
     """
-    plans = [
-        _plan_in(order, flow, error, allowed, limits)
-        for order in range(error.order, max(limits.order, error.order) + 1)
-    ]
+    orders = range(error.order, max(limits.order, error.order) + 1)
+    plans = [_same_mesh(order, flow, error, allowed, limits) for order in orders[1:]]
+    if remesh:
+        plans += [_another_mesh(order, flow, error, allowed, limits) for order in orders]
     promising = [each for each in plans if each is not None]
     if not promising:
         return None
     return min(promising, key=lambda each: each[0])[-1]
 
 
-def _plan_in(
+# How much too large the error remains, and the cost; and the plan.
+_Valued = tuple[tuple[float, float], Plan]
+
+
+def _same_mesh(
     order: int, flow: Flow, error: Estimate, allowed: float, limits: Limits
-) -> tuple[tuple[float, float], Plan] | None:
-    """A plan with this order: how much too large the error remains, its cost, and the plan."""
+) -> _Valued | None:
+    """A plan with a higher order on the same mesh."""
+    modes, left = len(flow.fluid.modes), error.ahead(order)
+    if flow.mesh.ne * unknowns_per_element(order, modes) > ABOUT * limits.unknowns:
+        return None
+    if left > max(allowed, error.decisive / LEAST_GAIN):
+        return None
+    orders = range(error.order + 1, order + 1)
+    return (max(left / allowed, 1.0), _cost(flow.mesh.ne, orders, modes)), Plan(order, None)
+
+
+def _another_mesh(
+    order: int, flow: Flow, error: Estimate, allowed: float, limits: Limits
+) -> _Valued | None:
+    """A plan with this order on a new mesh."""
     modes = len(flow.fluid.modes)
-    if order > error.order and error.ahead(order) <= allowed:
-        if flow.mesh.ne * unknowns_per_element(order, modes) > limits.unknowns:
-            return None
-        orders = range(error.order + 1, order + 1)
-        return (1.0, _cost(flow.mesh.ne, orders, modes)), Plan(order, None)
     most = limits.unknowns / unknowns_per_element(order, modes)
     sizes, elements, left = refined(flow.mesh, error, order, allowed, most)
     if left > error.decisive / LEAST_REDUCTION or elements > 1.01 * most:
         return None
-    cost = ANOTHER_MESH * _cost(elements, (order - 1, order), modes)
+    cost = ANOTHER_MESH * _cost(elements, range(first_order(order), order + 1), modes)
     return (max(left / allowed, 1.0), cost), Plan(order, sizes)
 
 
 def _cost(elements: float, orders: Iterable[int], modes: int) -> float:
     """Of solving in these orders, one after the other; about that of the factorisations."""
     return elements * sum(unknowns_per_element(k, modes) ** 1.5 for k in orders)
+
+
+def first_order(order: int) -> int:
+    """In which a new mesh is solved first, if it is made for this order."""
+    return max(LOWEST_ORDER, order - ORDERS_BELOW)
 
 
 def unknowns_per_element(order: int, modes: int) -> float:
@@ -204,22 +230,22 @@ def refined(
         mesh: The present one.
         error: On it.
         order: To be solved in.
-        allowed: Error to reach; a reserve of `RESERVE` is taken.
+        allowed: Error to reach.
         most: Elements that the new mesh may have, about.
 
     Returns:
-        Sizes, number of elements, and the error that they promise.
+        Sizes, number of elements, and the error to expect.
     """
     centres, sizes = _centres_and_sizes(mesh)
     contributions = np.maximum(error.contributions, 1e-12 * error.contributions.max())
-    rates, wanted = error.rates, min(allowed, error.decisive / LEAST_REDUCTION) / RESERVE
+    rates, wanted = error.rates, min(allowed, error.decisive / LEAST_REDUCTION)
 
     def factors(level: float) -> NDArray:
         return np.clip((level / contributions) ** (1 / (2 + rates)), FINEST, COARSEST)
 
     low, high = np.log([contributions.min(), contributions.max()])
     low -= 10.0
-    present = error.ahead(order)
+    present = error.ahead(order) * RESERVE
     for _ in range(50):
         factor = factors(np.exp((low + high) / 2))
         norm = np.linalg.norm(contributions * factor ** (1 + rates))

@@ -113,6 +113,11 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
         "long_name": "simulated velocity of the sphere over mean velocity of the flow",
         "units": "1",
     },
+    "check_simulation_error": {
+        "long_name": "estimated error of the simulated relative velocities, over mean velocity of "
+        "the flow",
+        "units": "1",
+    },
     "check_error": {
         "long_name": "relative velocity of two spheres over mean velocity of the flow, "
         "interpolated minus simulated",

@@ -9,7 +9,7 @@ import xarray as xr
 
 from viscotrain.errors import TableError
 from viscotrain.table.assembly import combine, spread, triplet_of
-from viscotrain.table.attributes import PRESENT, described
+from viscotrain.table.attributes import ERRORS, PRESENT, described
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.points import holes
 from viscotrain.words import (
@@ -70,11 +70,13 @@ def combine_and_check(
 def _refuse_error(layer: xr.Dataset, accuracy: float, relative_accuracy: float):
     """Raise TableError where interpolation at one De is worse than the simulations are asked for.
 
-    A check that was not solved, or all of whose points are holes, says nothing.
+    What a check cannot tell, by the estimated error of its own simulation, is allowed, too. One
+    that was not solved, or where the table has holes, says nothing.
     """
     U = layer["check_velocity"].transpose("check", "particle").values
     error = np.abs(layer["check_error"].transpose("check", "pair").values).max(axis=-1)
     allowed = np.maximum(accuracy, relative_accuracy * np.abs(np.diff(U, axis=-1)).max(axis=-1))
+    allowed = np.fmax(allowed, layer["check_simulation_error"].values)
     De, wrong = float(layer["deborah"]), error > allowed
     if not wrong.any():
         return
@@ -101,7 +103,8 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
 
     Returns:
         The table with check_sp, check_sf (check), check_velocity (deborah, check, particle) and
-        check_error (deborah, check, pair), the relative velocity interpolated minus simulated.
+        check_error (deborah, check, pair), the relative velocity interpolated minus simulated, and
+        check_simulation_error (deborah, check), the estimated error of the latter.
         Errors are NaN where the table has holes or the geometry was not solved.
     """
     geometries = sorted({triplet_of(result) for result in results})
@@ -109,12 +112,15 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
     De = table["deborah"].values
     shape = De.size, len(geometries), len(PARTICLES)
     simulated, interpolated = np.full(shape, np.nan), np.full(shape, np.nan)
+    estimated = np.full(shape[:-1], np.nan)
     interpolants = list(layers(table))
     for result in spread(results, geometries):
         n = geometries.index(triplet_of(result))
         for k in np.flatnonzero(np.isin(De, result["deborah"])):
             point = result.sel(deborah=De[k], particle=list(PARTICLES))
             simulated[k, n] = point["velocity"].values
+            if ERRORS[1] in point:
+                estimated[k, n] = point[ERRORS[1]].max()
             interpolant = interpolants[k]
             if interpolant is not None and has_solution(point["status"]):
                 interpolated[k, n] = interpolant(*_distances(point))
@@ -123,6 +129,7 @@ def check_errors(table: xr.Dataset, results: Sequence[xr.Dataset]) -> xr.Dataset
         table.assign(
             check_velocity=(("deborah", "check", "particle"), simulated),
             check_error=(("deborah", "check", "pair"), errors),
+            check_simulation_error=(("deborah", "check"), estimated),
         ).assign_coords(check_sp=("check", sp), check_sf=("check", sf))
     )
 
