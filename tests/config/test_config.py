@@ -109,6 +109,10 @@ WRONG = {
         {"verification.transient": [{"sp": 1.5, "sf": 1.5, "deborah": 0}]},
         "verification.transient[0].deborah: found 0; allowed: number > 0",
     ),
+    "closure": (
+        {"trains.closure": "all"},
+        "trains.closure: found the text 'all'; allowed: one of every_sphere, nearest",
+    ),
     "closure De not in the table": (
         {"verification.closure.deborah": [2]},
         "verification.closure.deborah[0]: found 2; allowed: one of deborah.values (0, 1, 5)",

@@ -224,6 +224,7 @@ class PhysicalSettings(Settings):
 class TrainsSettings(Settings):
     """Trains in a channel of some length: lengths in D; stations ascending."""
 
+    closure: str
     confinement: float
     length: float
     stations: tuple[float, ...]

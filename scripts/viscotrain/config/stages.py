@@ -132,6 +132,7 @@ def physical(study: Study) -> PhysicalSettings:
 def trains(study: Study) -> TrainsSettings:
     """Trains as the section `trains` asks for them."""
     return TrainsSettings(
+        closure=study.trains.closure,
         confinement=study.confinement,
         length=study.channel.length,
         stations=study.trains.stations,

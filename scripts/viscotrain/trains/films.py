@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from viscotrain.trains.motion import Velocities
+from viscotrain.trains.closures import CLOSURES, Velocities
 from viscotrain.trains.recording import record_train
 from viscotrain.trains.repeats import tracked_velocity
 from viscotrain.trains.variables import described
@@ -141,7 +141,7 @@ def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> lis
     beta, length = float(train["confinement"]), float(train["channel_length"])
     seed = np.random.SeedSequence(int(train.attrs["seed"]), spawn_key=(0,))
     record = record_train(
-        velocities,
+        CLOSURES[train.attrs["closure"]](velocities),
         confinement=beta,
         volume_fraction=float(train["volume_fraction"]),
         centreline_velocity=float(train["centreline_velocity"]),

@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 
 from viscotrain.errors import TrainError
 from viscotrain.table.lubrication import ROUND_OFF
+from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
-from viscotrain.trains.motion import TOLERANCE, Channel, Step, Velocities, arrival
+from viscotrain.trains.motion import TOLERANCE, Channel, Step, arrival
 from viscotrain.words import CONTACT, FEWEST_TRAIN_SPHERES
 
 SNAPSHOTS = 8
@@ -166,7 +167,7 @@ class _Train:
 
 
 def record_train(
-    velocities: Velocities,
+    closure: Closure,
     *,
     confinement: float,
     volume_fraction: float,
@@ -181,7 +182,7 @@ def record_train(
     """Simulate one train until `passages` spheres of the steady state have passed every station.
 
     Args:
-        velocities: Velocities of triplets.
+        closure: Velocities of trains.
         confinement: beta = d/D.
         volume_fraction: phi.
         centreline_velocity: U_max in Ubar.
@@ -202,10 +203,10 @@ def record_train(
         confinement=confinement,
         volume_fraction=volume_fraction,
         centreline_velocity=centreline_velocity,
-        slowest=velocities.slowest,
+        slowest=closure.slowest,
     )
-    channel = Channel(velocities, confinement, tolerance)
-    train = _Train(channel, places, passages, initial_positions(law, velocities.isolated, rng))
+    channel = Channel(closure, confinement, tolerance)
+    train = _Train(channel, places, passages, initial_positions(law, closure.isolated, rng))
     _refuse_short_channel(train, length, volume_fraction)
     if snapshot_times is None:
         snapshot_times = np.arange(SNAPSHOTS) * (passages * law.mean) / SNAPSHOTS

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from viscotrain.fluid.parameters import mean_spacing
-from viscotrain.trains.motion import Velocities
+from viscotrain.trains.closures import CLOSURES, Closure, Velocities
 from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
 from viscotrain.trains.statistics import statistics
 from viscotrain.trains.variables import described
@@ -28,6 +28,7 @@ BALANCE = {
 def run_repeats(
     velocities: Velocities,
     *,
+    closure: str = "every_sphere",
     confinement: float,
     volume_fraction: float,
     centreline_velocity: float,
@@ -46,6 +47,7 @@ def run_repeats(
 
     Args:
         velocities: Velocities of triplets.
+        closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
         confinement: beta = d/D.
         volume_fraction: phi.
         centreline_velocity: U_max in Ubar.
@@ -59,15 +61,16 @@ def run_repeats(
         attributes: Global attributes.
     """
     places = np.asarray(stations, dtype=float)
-    conditions: dict[str, Any] = {
-        "confinement": confinement,
-        "volume_fraction": volume_fraction,
-        "centreline_velocity": centreline_velocity,
-    }
+    conditions: dict[str, Any] = dict(
+        confinement=confinement,
+        volume_fraction=volume_fraction,
+        centreline_velocity=centreline_velocity,
+    )
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
+    closed = CLOSURES[closure](velocities)
     records = [
         record_train(
-            velocities,
+            closed,
             **conditions,
             length=length,
             stations=places if repeat else np.union1d(places, track_stations),
@@ -80,10 +83,10 @@ def run_repeats(
     tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
     law = mean_spacing(confinement, volume_fraction)
     dataset = xr.merge([_results(records, places, law), tracks])
-    scalars = _scalars(velocities, **conditions, length=length)
+    scalars = _scalars(closed, **conditions, length=length)
     for name, value, units, long_name in [*scalars, *factors]:
         dataset[name] = ((), value, {"long_name": long_name, "units": units})
-    dataset.attrs = dict(attributes or {}) | {"seed": seed}
+    dataset.attrs = dict(attributes or {}) | {"seed": seed, "closure": closure}
     return dataset
 
 
@@ -104,7 +107,7 @@ def _apart(record: Record, stations: NDArray, track_stations: NDArray) -> NDArra
 
 
 def _scalars(
-    velocities: Velocities,
+    closure: Closure,
     confinement: float,
     volume_fraction: float,
     centreline_velocity: float,
@@ -116,7 +119,7 @@ def _scalars(
         ("confinement", confinement, "1", "sphere over channel diameter"),
         ("volume_fraction", volume_fraction, "1", "volume fraction of spheres"),
         ("centreline_velocity", centreline_velocity, "1", "U_max of the undisturbed flow"),
-        ("isolated_velocity", velocities.isolated, "1", "velocity of a single sphere"),
+        ("isolated_velocity", closure.isolated, "1", "velocity of a single sphere"),
         ("channel_length", length, "1", "length of the channel over its diameter"),
         ("mean_spacing_law", law, "1", "spacing of an equally spaced train, (2/3) beta^2/phi"),
     ]
