@@ -7,12 +7,11 @@ python scripts/verification_report.py --table TABLE FOLDER
 
 from pathlib import Path
 
-import xarray as xr
-
 from viscotrain.drawing import verification_figures as figures
 from viscotrain.jobs import drawings
 from viscotrain.jobs.entry import Job, folder_of, made, run, taken
 from viscotrain.studies.findings import Findings
+from viscotrain.table.interpolation import VelocityTable
 
 PATTERNS = {  # of the files by their rules
     "start_up": "start_up/*.nc",
@@ -27,14 +26,15 @@ def main(job: Job, table, folder: Path, start_up, closure_train, closure_gap, co
     files = [start_up, closure_train, closure_gap, convergence]
     if job.by_hand:
         files = [sorted(folder.glob(pattern)) for pattern in PATTERNS.values()]
-    found = Findings.read(*files)
+    velocities = VelocityTable.open(table)
+    found = Findings.read(velocities, *files)
     for kind, rows in found.studies.items():
         drawings.save(figures.convergence(rows, kind), folder / kind)
     if found.start_ups:
         drawings.save(figures.start_up(found.start_ups), folder / "start_up")
     if found.trains:
         drawings.save(figures.closure(found.trains, found.spacing), folder / "closure")
-    text = found.accuracy(xr.load_dataset(table))
+    text = found.accuracy(velocities.dataset)
     (folder / "accuracy.md").write_text(text, encoding="utf-8")
     print(text)
 

@@ -42,9 +42,6 @@ def run_repeats(
 ) -> xr.Dataset:
     """Simulate all repeats at one Deborah number and volume fraction, with their statistics.
 
-    Repeat n draws from a generator of its own, which depends on (seed, n) only: more repeats leave
-    the earlier ones as they were, bit by bit.
-
     Args:
         velocities: Velocities of triplets.
         closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
@@ -61,11 +58,11 @@ def run_repeats(
         attributes: Global attributes.
     """
     places = np.asarray(stations, dtype=float)
-    conditions: dict[str, Any] = dict(
-        confinement=confinement,
-        volume_fraction=volume_fraction,
-        centreline_velocity=centreline_velocity,
-    )
+    conditions: dict[str, Any] = {
+        "confinement": confinement,
+        "volume_fraction": volume_fraction,
+        "centreline_velocity": centreline_velocity,
+    }
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
     closed = CLOSURES[closure](velocities)
     records = [
@@ -75,7 +72,7 @@ def run_repeats(
             length=length,
             stations=places if repeat else np.union1d(places, track_stations),
             passages=passages,
-            rng=np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,))),
+            rng=generator(seed, repeat),
         )
         for repeat in range(repeats)
     ]
@@ -88,6 +85,14 @@ def run_repeats(
         dataset[name] = ((), value, {"long_name": long_name, "units": units})
     dataset.attrs = dict(attributes or {}) | {"seed": seed, "closure": closure}
     return dataset
+
+
+def generator(seed: int, repeat: int) -> np.random.Generator:
+    """Source of the random numbers of one repeat, which depends on (seed, repeat) only.
+
+    So more repeats leave the earlier ones as they were, bit by bit.
+    """
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,)))
 
 
 def _results(records: Sequence[Record], stations: NDArray, law: float) -> xr.Dataset:
