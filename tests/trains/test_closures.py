@@ -1,11 +1,14 @@
 """Closures: velocities of trains from those of triplets, against sums written out here."""
 
 import numpy as np
+import pandas as pd
 import pytest
+from harness import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 from synthetic import PAPER_NODES, SINGLE, relative, superposed, triplet
 
+from viscotrain.table.interpolation import TripletVelocities
 from viscotrain.trains.closures import CLOSURES, EverySphere, Nearest, increments
 from viscotrain.trains.motion import Channel, chain_motion
 from viscotrain.words import LEADING, MIDDLE, TRAILING
@@ -148,3 +151,50 @@ def test_nearest_neighbours_are_those_of_the_study():
     ]
     found = chain_motion(Nearest(velocities), s - 1).velocity
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
+
+
+# ---------------------------------------------------------------------------- direct simulations
+
+KEPT = ROOT / "tests" / "verification" / "equally_spaced"  # of the demo's fluid, d/D = 0.2
+SIX = pd.read_csv(KEPT / "six_spheres.csv")  # by `scripts/closure_gap.py`
+TRIPLETS = pd.read_csv(KEPT / "triplets.csv")  # by `scripts/dns.py`
+LARGEST_ERROR = {  # Ubar, of every_sphere, by gap and De; what three spheres do not know of six
+    (1.0, 0.0): 2e-6,
+    (1.0, 1.0): 1e-5,
+    (1.0, 5.0): 2e-5,
+    (2.0, 0.0): 5e-9,
+    (2.0, 1.0): 3e-6,
+    (2.0, 5.0): 4e-6,
+}
+
+
+def simulated(gap, deborah):
+    """Triplets with nodes at all distances of equally spaced spheres, those that matter simulated.
+
+    The others, such as (2s, 2s), count for nothing at the nodes.
+    """
+    s = 1 + gap
+    own = TRIPLETS[TRIPLETS["deborah"] == deborah].set_index(["sp", "sf"])
+    found = own[["trailing", "middle", "leading"]]
+    single = found.loc[(INF, INF), "middle"]
+    nodes = [s, 2 * s, 3 * s, 4 * s, INF]
+    U = np.full((5, 5, 3), single)
+    for k, sp in enumerate(nodes[:-1]):
+        U[k, 0], U[0, k] = found.loc[(sp, s)], found.loc[(s, sp)]
+        U[k, -1, :2] = U[-1, k, 1:] = found.loc[(sp, INF), ["trailing", "middle"]]
+    return TripletVelocities(nodes, nodes, U)
+
+
+@pytest.mark.parametrize(("gap", "deborah"), LARGEST_ERROR)
+def test_six_spheres_against_direct_simulation(gap, deborah):
+    """No interpolation, so what is left is the closure's own error."""
+    velocities, gaps = simulated(gap, deborah), np.full(5, gap)
+    direct = SIX[(SIX["deborah"] == deborah) & (SIX["gap"] == gap)]["direct"].to_numpy()
+    ours, study = (
+        np.abs(chain_motion(closure(velocities), gaps).relative - direct).max()
+        for closure in (EverySphere, Nearest)
+    )
+    assert ours < LARGEST_ERROR[gap, deborah]
+    assert ours < study / 10
+    if deborah > 0:
+        assert study > 0.1 * np.abs(direct).max()
