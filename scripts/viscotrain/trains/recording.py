@@ -41,8 +41,7 @@ class Record:
         entry_time: When each sphere entered, in D/Ubar; the initial ones at 0.
         exit_time: When each sphere that left did so.
         remaining: Spheres in the channel at the end.
-        delayed: Injections that had to wait for room, 0 by construction of `injection_law` but
-            for overshoot of the interpolant.
+        delayed: Injections that had to wait for room, which `injection_law` makes rare.
         duration: Simulated time in D/Ubar.
     """
 
