@@ -68,9 +68,12 @@ def strong(sp, sf):
 distances = st.lists(st.floats(1, 15), min_size=1, max_size=20)
 
 
+DEMO_CHANNEL = channel_of(triplet())
+
+
 @given(distances, st.floats(-100, 100))
 def test_motion_does_not_depend_on_the_place(s, shift):
-    channel = channel_of(triplet())
+    channel = DEMO_CHANNEL
     z = BETA * np.cumsum([0, *s])
     # z + shift rounds s by 1e-13, relative velocities of 5e-3 vary by 1/0.1 of themselves per d;
     # the state takes gaps below 1e-9 as that
