@@ -148,14 +148,13 @@ def _start_up_data(comparisons: Sequence[xr.Dataset]) -> pd.DataFrame:
 @styled
 def closure(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> Drawing:
     """A short train, directly and by the models, and the errors of closures over the spacing."""
-    figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
-    upper, lower = figure.add_gridspec(2, 1, height_ratios=[1.2, 1])
-    top = list(upper.subgridspec(1, len(trains)).subplots(squeeze=False)[0])
-    for n, (train, axes) in enumerate(zip(trains, top, strict=True)):
-        if n:
-            axes.sharey(top[0])
-        _draw_train(axes, train)
-    top[0].set_ylabel("distance to the trailing sphere,\n$(z_i - z_1)/d$")
+    figure = Figure(figsize=(PAGE, 6.4), layout="constrained")
+    upper, lower = figure.add_gridspec(2, 1, height_ratios=[2, 1])
+    rows = upper.subgridspec(2, len(trains)).subplots(sharex="col", sharey="row", squeeze=False)
+    for train, position, difference in zip(trains, *rows, strict=True):
+        _draw_train(position, difference, train)
+    rows[0, 0].set_ylabel("distance to the trailing\nsphere, $(z_i - z_1)/d$")
+    rows[1, 0].set_ylabel("the same, model minus\ndirect simulation")
     figure.legend(
         [Line2D([], [], color=BLUE), *(Line2D([], [], **style) for style in MODELS.values())],
         ["all spheres simulated directly", *(f"model, {CLOSURE_WORDS[name]}" for name in MODELS)],
@@ -167,16 +166,20 @@ def closure(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> Drawing:
     return Drawing(figure, _closure_data(trains, spacing))
 
 
-def _draw_train(axes: Axes, train: xr.Dataset):
-    axes.axhline(0, color=BLUE)
-    axes.plot(train["time"], train["distance"].cumsum("gap"), color=BLUE)
+def _draw_train(position: Axes, difference: Axes, train: xr.Dataset):
+    """A short train, and by how much the models differ from it."""
+    time, direct = train["time"], train["distance"].cumsum("gap")
+    position.axhline(0, color=BLUE)
+    position.plot(time, direct, color=BLUE)
     for name, style in MODELS.items():
         model = train["model_distance"].sel(closure=name).cumsum("gap", skipna=False)
-        axes.plot(train["time"], model, **style)
+        position.plot(time, model, **style)
+        difference.plot(time, model - direct, **style)
     largest = largest_differences(train)
-    ours, study = (f"{largest[name]:.2g} $d$" for name in MODELS)
-    axes.set_title(f"De = {float(train['deborah']):g}: up to {ours}, study's {study}")
-    axes.set_xlabel(r"time [$D/\bar U$]")
+    difference.set_title(" and ".join(f"{largest[name]:.2g} $d$" for name in MODELS) + " at most")
+    position.set_title(f"De = {float(train['deborah']):g}")
+    difference.axhline(0, color=BLUE)
+    difference.set_xlabel(r"time [$D/\bar U$]")
 
 
 def _draw_errors(error: Axes, share: Axes, spacing: pd.DataFrame):
@@ -191,15 +194,12 @@ def _draw_errors(error: Axes, share: Axes, spacing: pd.DataFrame):
             error.semilogy(found.index, found["error"], **line)
             share.semilogy(found.index, 100 * found["error"] / found["direct"], **line)
         error.plot([], [], **marker, label=f"De = {De:g}")
-    for name, style in MODELS.items():
-        look = style | {"color": "black"}
-        share.plot([], [], **look, label=CLOSURE_WORDS[name])
     error.set_ylabel("error of relative velocities [$\\bar U$]")
     share.set_ylabel("over the largest relative\nvelocity of the train [%]")
     for axes in (error, share):
         axes.set_xlabel("gap between equally spaced spheres [$d$]")
         axes.grid(alpha=0.3, lw=0.5)
-        axes.legend()
+    error.legend()
 
 
 def _closure_data(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> pd.DataFrame:
