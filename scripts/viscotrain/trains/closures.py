@@ -164,8 +164,8 @@ def _coefficients(values: NDArray) -> NDArray:
 @numba.njit(cache=True)
 def _add_increments(U, distance, reach, cells_times_distance, trailing, leading):
     """Add to U, shape (N,), what spheres behind the neighbours do; see `EverySphere`."""
-    cells = trailing.shape[0] - 3
-    last = U.size - 1
+    cells, last = trailing.shape[0] - 3, distance.size
+    outer = [_cell(cells_times_distance / s, cells) for s in distance]
     for p in range(last):
         a = 0.0
         for q in range(p + 1, last + 1):  # p and q feel the spheres behind each other
@@ -174,11 +174,9 @@ def _add_increments(U, distance, reach, cells_times_distance, trailing, leading)
                 break
             inner = _cell(cells_times_distance / a, cells)
             if q < last:
-                outer = _cell(cells_times_distance / distance[q], cells)
-                U[p] += _spline(trailing, inner, outer)
+                U[p] += _spline(trailing, inner, outer[q])
             if p > 0:
-                outer = _cell(cells_times_distance / distance[p - 1], cells)
-                U[q] += _spline(leading, inner, outer)
+                U[q] += _spline(leading, inner, outer[p - 1])
 
 
 @numba.njit(cache=True)
