@@ -1,4 +1,4 @@
-r"""Closure: velocities of all spheres of a train, from those of triplets.
+r"""Closures: velocities of all spheres of a train, from those of triplets.
 
 Along the flow z_1 < ... < z_N are the positions in d, U_1, U_2 and U_3 the velocities of trailing,
 middle and leading sphere of a triplet at its two distances (`interpolation.TripletVelocities`).
@@ -39,7 +39,7 @@ from viscotrain.words import LEADING, MIDDLE, TRAILING
 NEGLIGIBLE_TERM = 1e-8  # Ubar
 FARTHEST = 100.0  # d: velocities fall by e in 2 to 3 d at d/D = 0.2; a tail in 1/s is the table's
 SEARCH = 1.01  # ratio of successive distances
-CELLS = 256  # of the splines, on each axis: 1e-5 of an increment with nodes from 1.05 d on
+CELLS = 256  # of the splines, on each axis: errors below 1e-9 Ubar with nodes from 1.05 d on
 
 
 class Velocities(Protocol):
