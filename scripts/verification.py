@@ -3,7 +3,7 @@
 Each with --configfile config/config.yaml and an OUTPUT; `--help` after the name says more:
 
 python scripts/verification.py start_up TRAJECTORY
-python scripts/verification.py closure_train --deborah 5 TABLE
+python scripts/verification.py closure_train --deborah 5
 python scripts/verification.py closure_gap --gap 0.5
 python scripts/verification.py convergence --kind mesh --sp 1.5 --sf 2.5
 """

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Annotated
 
 from viscotrain.drawing import verification_figures as figures
-from viscotrain.jobs import datasets, drawings
+from viscotrain.jobs import drawings
 from viscotrain.jobs.entry import Job, folder_of, made, run, taken
 from viscotrain.studies.findings import Findings
+from viscotrain.table.interpolation import VelocityTable
 
 
 def main(
@@ -26,14 +27,15 @@ def main(
     convergence: Annotated[Sequence[Path], taken("of convergence.py", named=True)] = (),
 ):
     """Draw every figure that there is data for and write `accuracy.md`."""
-    found = Findings.read(start_up, closure_train, closure_gap, convergence)
+    velocities = VelocityTable.open(table)
+    found = Findings.read(velocities, start_up, closure_train, closure_gap, convergence)
     for kind, rows in found.studies.items():
         drawings.save(figures.convergence(rows, kind), folder / kind)
     if found.start_ups:
         drawings.save(figures.start_up(found.start_ups), folder / "start_up")
     if found.trains:
         drawings.save(figures.closure(found.trains, found.spacing), folder / "closure")
-    text = found.accuracy(datasets.read(table))
+    text = found.accuracy(velocities.dataset)
     (folder / "accuracy.md").write_text(text, encoding="utf-8")
     print(text)
 

@@ -7,6 +7,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is importe
 import shutil
 from pathlib import Path
 
+import hypothesis
 import pytest
 from harness import SMALL, Project, study
 from synthetic import dns_result
@@ -14,6 +15,12 @@ from synthetic import dns_result
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 from viscotrain.jobs import datasets
 from viscotrain.table.assembly import combine
+
+# Tests judge what is computed; a machine may be busy with other work.
+hypothesis.settings.register_profile(
+    "busy", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.load_profile("busy")
 
 
 def pytest_collection_modifyitems(items):

@@ -34,7 +34,7 @@ def test_wheel_holds_every_module_and_data_file(wheel):
     files = {
         path.relative_to(SCRIPTS).as_posix()
         for path in (SCRIPTS / "viscotrain").rglob("*")
-        if path.is_file() and path.suffix != ".pyc"
+        if path.is_file() and path.parent.name != "__pycache__"
     }
     assert {"viscotrain/drawing/interactive.html", "viscotrain/flow/newton.py"} < files
     packed = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}

@@ -3,7 +3,6 @@
 import math
 from pathlib import Path
 
-import hypothesis
 import pytest
 import yaml
 from hypothesis import given
@@ -73,7 +72,6 @@ def scaled(length: float, time: float, viscosity: float):
 factors = st.floats(min_value=1e-3, max_value=1e3)
 
 
-@hypothesis.settings(deadline=None)  # some have to parse much
 @given(factors, factors, factors)
 def test_scaled_studies_have_the_same_settings(length, time, viscosity):
     """Texts are what Snakemake compares."""

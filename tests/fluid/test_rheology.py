@@ -9,7 +9,7 @@ import math
 import ngsolve
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from netgen.geom2d import unit_square
 from ngsolve import CoefficientFunction
@@ -115,7 +115,6 @@ def test_slow_shear_is_a_second_order_fluid():
     assert N2 / rate**2 == pytest.approx(-sum(m * alpha for m, alpha in moments), rel=1e-7)
 
 
-@settings(deadline=None)
 @given(alpha=st.floats(0, 0.99), rate=st.floats(1e-4, 1e3), lam=st.floats(1e-3, 10))
 def test_the_law_in_log_conformation_is_at_rest_in_the_steady_state(alpha, rate, lam):
     """The state behind eta, N1 and N2 makes the right-hand side of `giesekus.evolution` vanish."""
@@ -260,7 +259,6 @@ def test_extension_refuses_other_rates(rate):
 # --------------------------------------------------------------------------------------- limits
 
 
-@settings(deadline=None)
 @given(rate=st.floats(1e-3, 1e3))
 def test_small_mobility_tends_to_oldroyd_b(rate):
     """The limit is approached linearly and without a jump of formulas."""

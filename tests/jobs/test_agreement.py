@@ -14,7 +14,7 @@ from viscotrain.jobs import provenance
 from viscotrain.jobs.agreement import refuse_strangers
 
 STUDY = load_study(Path(__file__).parents[2] / "config" / "config.yaml")
-GEOMETRIES = (1.1, 1.5), (1.5, 1.1), (1.5, math.inf)
+GEOMETRIES = (1.2, 1.6), (1.6, 1.2), (1.6, math.inf)
 
 
 def part(study, sp, sf, code="0123"):

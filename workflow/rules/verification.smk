@@ -32,7 +32,6 @@ rule start_up:
 rule closure_train:
     input:
         **FITTED_FLUID,
-        table=TABLE,
     output:
         result=f"{CHECKS}/closure/train_De{{deborah}}.nc",
     log:

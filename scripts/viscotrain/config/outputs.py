@@ -1,6 +1,6 @@
 """What a config may say about what is made of the velocities: trains, pictures, verification."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -34,6 +34,11 @@ class TrainsConfig(Section):
         unit="1",
         min_length=1,
         rule="none twice",
+    )
+    closure: Literal["every_sphere", "nearest"] = key(
+        "every_sphere: each sphere feels all others that are near enough to matter; nearest: its "
+        "two neighbours only, as in the original study",
+        default="every_sphere",
     )
     stations: ListOf[Station] = key(
         "positions along the channel at which spacings are recorded",

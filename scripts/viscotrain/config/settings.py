@@ -192,6 +192,7 @@ class TableSettings(Settings):
 class TrainsSettings(Settings):
     """Trains in a channel of some length: lengths in D; stations ascending."""
 
+    closure: str
     confinement: float
     length: float
     stations: tuple[float, ...]

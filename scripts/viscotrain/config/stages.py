@@ -126,6 +126,7 @@ def table(study: Study) -> TableSettings:
 def trains(study: Study) -> TrainsSettings:
     """Trains as the section `trains` asks for them."""
     return TrainsSettings(
+        closure=study.trains.closure,
         confinement=study.confinement,
         length=study.channel.length,
         stations=study.trains.stations,

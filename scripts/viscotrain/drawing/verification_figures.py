@@ -1,6 +1,7 @@
 """Figures of the verification, and the statement of accuracy that follows from its numbers."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -12,8 +13,9 @@ from matplotlib.lines import Line2D
 
 from viscotrain.drawing.style import BLUE, GREY, MARKERS, PAGE, STYLE, VERMILLION, Drawing, styled
 from viscotrain.studies.accuracy import (
+    CLOSURE_WORDS,
     NOISE,
-    largest_difference,
+    largest_differences,
     observed_orders,
     remaining_differences,
     with_errors,
@@ -23,6 +25,10 @@ from viscotrain.words import PAIRS
 COLUMNS = 3
 PAIR_COLOURS = (BLUE, VERMILLION)
 PERMILLE = 1e3
+MODELS: dict[str, dict[str, Any]] = {  # by their closure; the study's own one last
+    "every_sphere": {"color": "black", "ls": "--", "lw": 1.1},
+    "nearest": {"color": VERMILLION, "ls": ":", "lw": 1.1},
+}
 LABELS = {
     "mesh": ("sizes at the start over the default ones (accuracy: its cube)", "order"),
     "order": ("polynomial order of the velocity", "factor per order"),
@@ -141,56 +147,66 @@ def _start_up_data(comparisons: Sequence[xr.Dataset]) -> pd.DataFrame:
 
 @styled
 def closure(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> Drawing:
-    """A short train, directly and by the model, and the error of the closure over the spacing."""
-    figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
-    upper, lower = figure.add_gridspec(2, 1, height_ratios=[1.2, 1])
-    top = list(upper.subgridspec(1, len(trains)).subplots(squeeze=False)[0])
-    for n, (train, axes) in enumerate(zip(trains, top, strict=True)):
-        if n:
-            axes.sharey(top[0])
-        _draw_train(axes, train)
-    top[0].set_ylabel("distance to the trailing sphere,\n$(z_i - z_1)/d$")
+    """A short train, directly and by the models, and the errors of closures over the spacing."""
+    figure = Figure(figsize=(PAGE, 6.4), layout="constrained")
+    upper, lower = figure.add_gridspec(2, 1, height_ratios=[2, 1])
+    rows = upper.subgridspec(2, len(trains)).subplots(sharex="col", sharey="row", squeeze=False)
+    for train, position, difference in zip(trains, *rows, strict=True):
+        _draw_train(position, difference, train)
+    rows[0, 0].set_ylabel("distance to the trailing\nsphere, $(z_i - z_1)/d$")
+    rows[1, 0].set_ylabel("the same, model minus\ndirect simulation")
     figure.legend(
-        [Line2D([], [], color=BLUE), Line2D([], [], color="black", ls="--")],
-        ["all spheres simulated directly", "train model, two neighbours each"],
+        [Line2D([], [], color=BLUE), *(Line2D([], [], **style) for style in MODELS.values())],
+        ["all spheres simulated directly", *(f"model, {CLOSURE_WORDS[name]}" for name in MODELS)],
         loc="outside upper center",
-        ncols=2,
+        ncols=3,
     )
     error, share = lower.subgridspec(1, 2).subplots()
+    _draw_errors(error, share, spacing)
+    return Drawing(figure, _closure_data(trains, spacing))
+
+
+def _draw_train(position: Axes, difference: Axes, train: xr.Dataset):
+    """A short train, and by how much the models differ from it."""
+    time, direct = train["time"], train["distance"].cumsum("gap")
+    position.axhline(0, color=BLUE)
+    position.plot(time, direct, color=BLUE)
+    for name, style in MODELS.items():
+        model = train["model_distance"].sel(closure=name).cumsum("gap", skipna=False)
+        position.plot(time, model, **style)
+        difference.plot(time, model - direct, **style)
+    largest = largest_differences(train)
+    difference.set_title(" and ".join(f"{largest[name]:.2g} $d$" for name in MODELS) + " at most")
+    position.set_title(f"De = {float(train['deborah']):g}")
+    difference.axhline(0, color=BLUE)
+    difference.set_xlabel(r"time [$D/\bar U$]")
+
+
+def _draw_errors(error: Axes, share: Axes, spacing: pd.DataFrame):
+    """Errors of relative velocities of equally spaced spheres against their gap."""
     deborahs = sorted(spacing["deborah"].unique())
+    sizes = spacing.assign(error=spacing["error"].abs(), direct=spacing["direct"].abs())
+    worst = sizes.groupby(["closure", "deborah", "gap"])[["error", "direct"]].max()
     for n, (De, colour) in enumerate(zip(deborahs, _colours(len(deborahs)), strict=True)):
-        part = spacing[spacing["deborah"] == De]
-        worst = part.assign(size=part["error"].abs()).groupby("gap")["size"].max()
-        largest = part.assign(size=part["direct"].abs()).groupby("gap")["size"].max()
-        style = {"marker": MARKERS[n], "ms": 4, "color": colour}
-        error.semilogy(worst.index, worst, **style, label=f"De = {De:g}")
-        share.semilogy(worst.index, 100 * worst / largest, **style)
+        marker = {"marker": MARKERS[n], "ms": 4, "color": colour}
+        for name, style in MODELS.items():
+            found, line = worst.loc[name, De], marker | {"ls": style["ls"], "lw": style["lw"]}
+            error.semilogy(found.index, found["error"], **line)
+            share.semilogy(found.index, 100 * found["error"] / found["direct"], **line)
+        error.plot([], [], **marker, label=f"De = {De:g}")
     error.set_ylabel("error of relative velocities [$\\bar U$]")
     share.set_ylabel("over the largest relative\nvelocity of the train [%]")
     for axes in (error, share):
         axes.set_xlabel("gap between equally spaced spheres [$d$]")
         axes.grid(alpha=0.3, lw=0.5)
     error.legend()
-    return Drawing(figure, _closure_data(trains, spacing))
-
-
-def _draw_train(axes: Axes, train: xr.Dataset):
-    direct = train["distance"].cumsum("gap")
-    model = train["model_distance"].cumsum("gap", skipna=False)
-    axes.axhline(0, color=BLUE)
-    axes.plot(train["time"], direct, color=BLUE)
-    axes.plot(train["time"], model, color="black", ls="--", lw=0.9)
-    axes.set_title(
-        f"De = {float(train['deborah']):g}: difference up to {largest_difference(train):.2g} $d$"
-    )
-    axes.set_xlabel(r"time [$D/\bar U$]")
 
 
 def _closure_data(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> pd.DataFrame:
     parts = [spacing.assign(comparison="equally spaced")]
     for train in trains:
         frame = train[["distance", "model_distance"]].to_dataframe().reset_index()
-        frame = frame[["time", "gap", "distance", "model_distance"]]
+        frame = frame[["closure", "time", "gap", "distance", "model_distance"]]
         frame = frame.rename(columns={"gap": "number"})
         parts.append(frame.assign(comparison="train", deborah=float(train["deborah"])))
     return pd.concat(parts, ignore_index=True)

@@ -24,6 +24,7 @@ WHAT = {
     "box": ("periodic length", "margin of {finest:g} D"),
     "time_step": ("controlled time steps", "the limit of small steps, extrapolated"),
 }
+CLOSURE_WORDS = {"every_sphere": "every sphere", "nearest": "two neighbours"}
 ORDER_LABELS = {
     "mesh": "order",
     "order": "factor per order",
@@ -46,11 +47,11 @@ def refinement_difference(trajectory: xr.Dataset) -> float:
     return float(np.abs(change.cumsum("gap")).max())
 
 
-def largest_difference(comparison: xr.Dataset) -> float:
-    """Largest distance from sphere to trailing sphere, model minus direct, in d."""
-    along = (comparison["model_distance"] - comparison["distance"]).cumsum("gap")
-    known = along.where(np.isfinite(comparison["model_distance"]))
-    return float(np.abs(known).max()) if known.notnull().any() else math.nan
+def largest_differences(comparison: xr.Dataset) -> dict[str, float]:
+    """Largest distance from sphere to trailing sphere, model minus direct, in d, by closure."""
+    along = (comparison["model_distance"] - comparison["distance"]).cumsum("gap", skipna=False)
+    largest = abs(along).max(["time", "gap"])
+    return dict(zip(largest["closure"].values.tolist(), largest.values.tolist(), strict=True))
 
 
 # ---------------------------------------------------------------------------------- convergence
@@ -113,8 +114,8 @@ def accuracy(
     Args:
         table: The velocity table.
         start_ups: From `start_up.compare_start_up`.
-        trains: From `closure.with_model`.
-        spacing: From `closure.error_at_gap`, all gaps; empty without closure.
+        trains: From `train_models.with_models`.
+        spacing: From `train_models.with_errors_of_models`; empty without closure.
         studies: Rows of `convergence.convergence_rows` of all geometries by kind.
     """
     lines = ["| what | compared with | De | error |", "|---|---|---|---|"]
@@ -132,19 +133,20 @@ def accuracy(
         then = f"transient, {end:g} relaxation times after rest"
         lines.append(f"| {what} | {then} | {De:g} | {left:.1e} Ubar |")
     for train in trains:
-        what = f"train model, {train.sizes['sphere']} spheres"
         then = f"direct simulation until {float(train['time'][-1]):g} D/Ubar"
-        difference = largest_difference(train)
         De = float(train["deborah"])
-        lines.append(f"| {what} | {then} | {De:g} | {difference:.2g} d |")
+        for closure, difference in largest_differences(train).items():
+            what = f"train model, {train.sizes['sphere']} spheres, {CLOSURE_WORDS[closure]}"
+            lines.append(f"| {what} | {then} | {De:g} | {difference:.2g} d |")
         if "refined_distance" in train:
             finer = "the same with smaller elements and time steps"
             change = refinement_difference(train)
             lines.append(f"| {then}, at its end | {finer} | {De:g} | {change:.1e} d |")
     if len(spacing):
-        worst = spacing.assign(error=spacing["error"].abs()).groupby(["deborah", "gap"])["error"]
-        for (De, gap), error in worst.max().items():
-            what = f"closure by triplets, gaps of {gap:g} d"
+        by = ["closure", "deborah", "gap"]
+        worst = spacing.assign(error=spacing["error"].abs()).groupby(by)["error"]
+        for (closure, De, gap), error in worst.max().items():
+            what = f"train model, gaps of {gap:g} d, {CLOSURE_WORDS[closure]}"
             lines.append(f"| {what} | equally spaced spheres | {De:g} | {error:.1e} Ubar |")
     return "\n".join(lines) + "\n"
 

@@ -8,6 +8,8 @@ import pandas as pd
 import xarray as xr
 
 from viscotrain.studies.accuracy import KINDS, accuracy
+from viscotrain.studies.train_models import with_errors_of_models, with_models
+from viscotrain.table.interpolation import VelocityTable
 
 
 @dataclass(frozen=True)
@@ -16,8 +18,8 @@ class Findings:
 
     Attributes:
         start_ups: From `start_up.compare_start_up`, by De, sp and sf.
-        trains: From `closure.follow_train`, by De.
-        spacing: From `closure.error_at_gap`, all gaps; empty without closure.
+        trains: Short trains with those of the models (`train_models.with_models`), by De.
+        spacing: From `train_models.with_errors_of_models`, all gaps; empty without closure.
         studies: Rows of `convergence.convergence_rows` of all geometries by kind.
     """
 
@@ -29,13 +31,15 @@ class Findings:
     @classmethod
     def read(
         cls,
+        table: VelocityTable,
         start_up: Sequence[Path],
         closure_train: Sequence[Path],
         closure_gap: Sequence[Path],
         convergence: Sequence[Path],
     ) -> "Findings":
-        """From the files of the rules with these names."""
+        """From the files of the rules with these names; the models feed on the table."""
         gaps = [pd.read_csv(path) for path in closure_gap]
+        trains = _sorted(closure_train, "deborah")
         studies = {}
         for kind in KINDS:
             parts = [pd.read_csv(path) for path in convergence if path.name.startswith(kind)]
@@ -43,8 +47,8 @@ class Findings:
                 studies[kind] = pd.concat(parts, ignore_index=True)
         return cls(
             start_ups=_sorted(start_up, "deborah", "sp", "sf"),
-            trains=_sorted(closure_train, "deborah"),
-            spacing=pd.concat(gaps, ignore_index=True) if gaps else pd.DataFrame(),
+            trains=[with_models(train, table.at(float(train["deborah"]))) for train in trains],
+            spacing=with_errors_of_models(pd.concat(gaps), table) if gaps else pd.DataFrame(),
             studies=studies,
         )
 

@@ -20,8 +20,8 @@ and its like were as good as maps with an exponential tail, which need a length 
 changes with De.
 
 **Far away** all of them decay exponentially: beyond its last node s_L each one goes on as
-exp(-(s - s_L)/l), as knots at `BEYOND` lengths of decay further on. l is that of a pair, from its
-last two distances (`decay_length`), the longer one of a and b.
+exp(-(s - s_L)/l), as knots at `BEYOND` lengths of decay further on. l is that of |a| + |b|, from the
+last two distances at which it is not an error of the simulation (`decay_length`).
 
 **Contact.** The table ends at a smallest distance s_min > 1. Closer spheres feel lubrication: they
 move as at s_min, but their relative velocity goes to zero linearly with the gap (`lubrication`), so
@@ -48,6 +48,7 @@ from viscotrain.words import CONTACT, LEADING, MIDDLE, OF_A_PAIR, PARTICLES, TRA
 SAME_DEBORAH = 1e-9  # relative difference of two Deborah numbers that are one
 MOST_NAMED = 8  # holes that a message names
 BEYOND = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0)  # knots of a tail, in lengths of decay
+NOISE = 1e-5  # Ubar: that may be an error of the simulation
 LONGEST_DECAY = 1.0  # length of decay over the last distance: longer ones are not resolved by it
 
 
@@ -180,16 +181,19 @@ def edges(sp: NDArray, sf: NDArray, velocity: NDArray) -> Pairs:
 def decay_length(distance: NDArray, velocity: NDArray) -> float:
     """Length in d over which what pairs add decays by e beyond their last distance.
 
+    That between the last two distances at which it is more than an error of the simulation.
+
     Args:
         distance: In d, ascending, shape (n,).
         velocity: What they add, shape (n, 2).
     """
-    if distance.size < 2:
-        return LONGEST_DECAY * float(distance[-1])
-    before, last = np.abs(velocity[-2:]).sum(axis=-1)
-    step = float(distance[-1] - distance[-2])
+    size = np.abs(velocity).sum(axis=-1)
+    known = np.flatnonzero(size > NOISE)[-2:]
     longest = LONGEST_DECAY * float(distance[-1])
-    return min(step / math.log(before / last), longest) if before > last > 0 else longest
+    if known.size < 2:
+        return longest
+    (near, far), (before, last) = distance[known], size[known]
+    return float(min((far - near) / math.log(before / last), longest)) if before > last else longest
 
 
 def _knots(distance: NDArray, decay: float) -> NDArray:

@@ -20,9 +20,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from viscotrain.trains.motion import Velocities
+from viscotrain.trains.closures import CLOSURES, Velocities
 from viscotrain.trains.recording import record_train
-from viscotrain.trains.repeats import tracked_velocity
+from viscotrain.trains.repeats import generator, tracked_velocity
 from viscotrain.trains.variables import described
 
 LARGEST_ROWS = 4  # of the window that moves along
@@ -140,16 +140,15 @@ def moving_window(length: float, field_of_view: float) -> tuple[float, int]:
 def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> list[NDArray]:
     """Positions in D of all spheres of repeat 0 at some times after recording began."""
     beta, length = float(train["confinement"]), float(train["channel_length"])
-    seed = np.random.SeedSequence(int(train.attrs["seed"]), spawn_key=(0,))
     record = record_train(
-        velocities,
+        CLOSURES[train.attrs["closure"]](velocities),
         confinement=beta,
         volume_fraction=float(train["volume_fraction"]),
         centreline_velocity=float(train["centreline_velocity"]),
         length=length,
         stations=[length],
         passages=1,
-        rng=np.random.default_rng(seed),
+        rng=generator(int(train.attrs["seed"]), 0),
         snapshot_times=times,
     )
     return [beta * z for z in record.snapshots]

@@ -35,8 +35,8 @@ def injection_law(
         dt_eq = V_p/(pi R^2 phi U_max) = (2/3) beta^3/(phi U_max).
 
     The last sphere of the train must have moved by one diameter, beta D, when the next one
-    enters. Its velocity in between is a mean of table entries with weights that add up to one
-    (`lubricate`), so it is at least the slowest entry, and the shortest interval is beta/slowest.
+    enters. That takes beta/slowest with the velocity of the slowest sphere of a triplet, which is
+    the shortest interval; in a train that is slower still the next sphere waits.
 
     Raises:
         TrainError: The mean interval is below the shortest one.

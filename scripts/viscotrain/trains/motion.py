@@ -1,13 +1,7 @@
-r"""Motion of a train: each sphere is moved by its distances to its two neighbours.
+r"""Motion of a train: all spheres are moved by their distances.
 
-**Motion.** Along the flow, sphere 1 trailing and N leading, with sp_i = (z_i - z_{i-1})/d and
-sf_i = (z_{i+1} - z_i)/d,
-
-    dz_1/dt = U_1(sp_2, sf_2),    dz_i/dt = U_2(sp_i, sf_i),    dz_N/dt = U_3(sp_{N-1}, sf_{N-1}),
-
-where U_1, U_2, U_3 are the velocities of a triplet (`interpolation.TripletVelocities`). The two
-spheres of a train of two are middle spheres with one neighbour at infinity, a single one with
-both. Gaps below the table's smallest distance are lubricated over the whole chain: the two
+**Motion.** dz_i/dt = U_i, from all distances, trailing sphere first, by one of the closures in
+`closures`. Gaps below the table's smallest distance are lubricated over the whole chain: the two
 velocities at one gap come from two different triplets, so a triplet's own limit would not stop
 overlap.
 
@@ -27,13 +21,14 @@ Units: positions and times in D and D/Ubar, distances and snapshots in d, veloci
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from viscotrain.table.lubrication import ROUND_OFF, ChainMotion, lubricate
-from viscotrain.words import CONTACT, LEADING, MIDDLE, TRAILING
+from viscotrain.trains.closures import Closure
+from viscotrain.words import CONTACT
 
 TOLERANCE = 1e-4  # of Euler's distances in one step, in d; Heun's are far better
 LOGARITHM_TOLERANCE = 0.02  # of its gaps, relative: 1e-3 d when a gap leaves lubrication
@@ -41,31 +36,10 @@ LONGEST_STEP = 2.0  # D/Ubar
 SAFETY, SHRINK, GROW = 0.8, 0.2, 2.0  # limits of the next step's length over the last one's
 
 
-class Velocities(Protocol):
-    """What a train needs to know; `interpolation.TripletVelocities` is one."""
-
-    smallest_distance: float  # where lubrication begins, in d
-    slowest: float  # smallest velocity, in Ubar
-    isolated: float  # velocity of a single sphere, in Ubar
-
-    def closure(self, sp: NDArray, sf: NDArray, particle: int | NDArray) -> NDArray:
-        """U of one sphere of triplets at distances of shape (n,), in Ubar."""
-
-
-def chain_motion(velocities: Velocities, gap: NDArray) -> ChainMotion:
+def chain_motion(closure: Closure, gap: NDArray) -> ChainMotion:
     """Velocities of a train, shape (N,), from its gaps s - 1, shape (N - 1,), trailing first."""
-    s = CONTACT + gap
-    if s.size < 2:  # one or two spheres, each the middle one of a triplet with missing neighbours
-        none = np.array([np.inf])
-        sp, sf = np.concatenate([none, s]), np.concatenate([s, none])
-        particle: int | NDArray = MIDDLE
-    else:
-        sp = np.concatenate([s[:1], s[:-1], s[-2:-1]])
-        sf = np.concatenate([s[1:2], s[1:], s[-1:]])
-        particle = np.full(s.size + 1, MIDDLE)
-        particle[0], particle[-1] = TRAILING, LEADING
-    free = velocities.closure(sp, sf, particle)
-    return lubricate(free, gap, velocities.smallest_distance - CONTACT)
+    free = closure.free_velocities(CONTACT + gap)
+    return lubricate(free, gap, closure.smallest_distance - CONTACT)
 
 
 class Step(NamedTuple):
@@ -100,12 +74,12 @@ class Channel:
     """What moves spheres, and how exactly.
 
     Args:
-        velocities: Of triplets.
+        closure: Velocities of trains.
         confinement: d/D.
         tolerance: Of Euler's distances in one step, in d.
     """
 
-    velocities: Velocities
+    closure: Closure
     confinement: float
     tolerance: float = TOLERANCE
 
@@ -127,7 +101,7 @@ class Channel:
         if not y.size:
             return y, y
         gap = np.exp(y[1:])
-        U = chain_motion(self.velocities, gap)
+        U = chain_motion(self.closure, gap)
         return U.velocity, np.concatenate([U.velocity[:1], U.relative / (self.confinement * gap)])
 
     def step(self, y: NDArray, longest: float) -> tuple[Step, NDArray]:

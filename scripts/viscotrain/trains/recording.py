@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 
 from viscotrain.errors import TrainError
 from viscotrain.table.lubrication import ROUND_OFF
+from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
-from viscotrain.trains.motion import TOLERANCE, Channel, Step, Velocities, arrival
+from viscotrain.trains.motion import TOLERANCE, Channel, Step, arrival
 from viscotrain.words import CONTACT, FEWEST_TRAIN_SPHERES
 
 SNAPSHOTS = 8
@@ -40,8 +41,7 @@ class Record:
         entry_time: When each sphere entered, in D/Ubar; the initial ones at 0.
         exit_time: When each sphere that left did so.
         remaining: Spheres in the channel at the end.
-        delayed: Injections that had to wait for room, 0 by construction of `injection_law` but
-            for overshoot of the interpolant.
+        delayed: Injections that had to wait for room, which `injection_law` makes rare.
         duration: Simulated time in D/Ubar.
     """
 
@@ -166,7 +166,7 @@ class _Train:
 
 
 def record_train(
-    velocities: Velocities,
+    closure: Closure,
     *,
     confinement: float,
     volume_fraction: float,
@@ -181,7 +181,7 @@ def record_train(
     """Simulate one train until `passages` spheres of the steady state have passed every station.
 
     Args:
-        velocities: Velocities of triplets.
+        closure: Velocities of trains.
         confinement: beta = d/D.
         volume_fraction: phi.
         centreline_velocity: U_max in Ubar.
@@ -202,10 +202,10 @@ def record_train(
         confinement=confinement,
         volume_fraction=volume_fraction,
         centreline_velocity=centreline_velocity,
-        slowest=velocities.slowest,
+        slowest=closure.slowest,
     )
-    channel = Channel(velocities, confinement, tolerance)
-    train = _Train(channel, places, passages, initial_positions(law, velocities.isolated, rng))
+    channel = Channel(closure, confinement, tolerance)
+    train = _Train(channel, places, passages, initial_positions(law, closure.isolated, rng))
     _refuse_short_channel(train, length, volume_fraction)
     if snapshot_times is None:
         snapshot_times = np.arange(SNAPSHOTS) * (passages * law.mean) / SNAPSHOTS

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains.motion import Velocities
+from viscotrain.trains.closures import CLOSURES, Closure, Velocities
 from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
 from viscotrain.trains.statistics import statistics
 from viscotrain.trains.variables import described
@@ -30,6 +30,7 @@ BALANCE = {
 def run_repeats(
     velocities: Velocities,
     *,
+    closure: str = "every_sphere",
     confinement: float,
     volume_fraction: float,
     centreline_velocity: float,
@@ -42,11 +43,9 @@ def run_repeats(
 ) -> xr.Dataset:
     """Simulate all repeats at one Deborah number and volume fraction, with their statistics.
 
-    Repeat n draws from a generator of its own, which depends on (seed, n) only: more repeats leave
-    the earlier ones as they were, bit by bit.
-
     Args:
         velocities: Velocities of triplets.
+        closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
         confinement: beta = d/D.
         volume_fraction: phi.
         centreline_velocity: U_max in Ubar.
@@ -64,14 +63,15 @@ def run_repeats(
         "centreline_velocity": centreline_velocity,
     }
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
+    closed = CLOSURES[closure](velocities)
     records = [
         record_train(
-            velocities,
+            closed,
             **conditions,
             length=length,
             stations=places if repeat else np.union1d(places, track_stations),
             passages=passages,
-            rng=np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,))),
+            rng=generator(seed, repeat),
         )
         for repeat in range(repeats)
     ]
@@ -79,9 +79,9 @@ def run_repeats(
     tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
     law = mean_spacing(confinement, volume_fraction)
     dataset = xr.merge([_results(records, places, law), tracks])
-    for name, value, long_name in _scalars(velocities, **conditions, length=length):
+    for name, value, long_name in _scalars(closed, **conditions, length=length):
         dataset[name] = described(value, [], long_name)
-    dataset.attrs = dict(attributes or {}) | {"seed": seed}
+    dataset.attrs = dict(attributes or {}) | {"seed": seed, "closure": closure}
     return dataset
 
 
@@ -89,6 +89,14 @@ def deborah_numbers(table: VelocityTable, deborah: float) -> dict[str, xr.Variab
     """Deborah numbers of a flow of the table, in all definitions, as variables of a train."""
     flow = table.dataset.isel(deborah=table.index(deborah))
     return {name: described(flow[name].values, [], text) for name, text in DEBORAH_NUMBERS.items()}
+
+
+def generator(seed: int, repeat: int) -> np.random.Generator:
+    """Source of the random numbers of one repeat, which depends on (seed, repeat) only.
+
+    So more repeats leave the earlier ones as they were, bit by bit.
+    """
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,)))
 
 
 def _results(records: Sequence[Record], stations: NDArray, law: float) -> xr.Dataset:
@@ -108,7 +116,7 @@ def _apart(record: Record, stations: NDArray, track_stations: NDArray) -> NDArra
 
 
 def _scalars(
-    velocities: Velocities,
+    closure: Closure,
     confinement: float,
     volume_fraction: float,
     centreline_velocity: float,
@@ -120,7 +128,7 @@ def _scalars(
         ("confinement", confinement, "sphere over channel diameter"),
         ("volume_fraction", volume_fraction, "volume fraction of spheres"),
         ("centreline_velocity", centreline_velocity, "U_max of the undisturbed flow"),
-        ("isolated_velocity", velocities.isolated, "velocity of a single sphere"),
+        ("isolated_velocity", closure.isolated, "velocity of a single sphere"),
         ("channel_length", length, "length of the channel over its diameter"),
         ("mean_spacing_law", law, "spacing of an equally spaced train, (2/3) beta^2/phi"),
     ]

@@ -1,0 +1,202 @@
+r"""Closures: velocities of all spheres of a train, from those of triplets.
+
+Along the flow z_1 < ... < z_N are the positions in d, U_1, U_2 and U_3 the velocities of trailing,
+middle and leading sphere of a triplet at its two distances (`interpolation.TripletVelocities`).
+
+**Every sphere.** From the seat of sphere i, with missing neighbours at infinity,
+
+    U_i = U_2(z_i - z_{i-1}, z_{i+1} - z_i)
+          + sum_{j > i+1} W_1(z_{j-1} - z_i, z_j - z_{j-1})
+          + sum_{j < i-1} W_3(z_i - z_{j+1}, z_{j+1} - z_j),
+
+    W_1(a, b) = U_1(a, b) - U_1(a, inf),    W_3(a, b) = U_3(b, a) - U_3(inf, a).
+
+Each farther sphere acts as in the triplet of sphere i, the sphere just inside it at a distance a,
+and itself at b from that one. As the pair has one flow, U_1(s, inf) = U_2(inf, s), a train of three
+is the triplet, and the ends of a train need no equation of their own.
+
+**Increments.** W_1 and W_3 are tabulated, as bicubic splines on an even grid in 1/a and 1/b. The
+sum ends where sphere and inner sphere are `reach` apart: from there on |W_1| and |W_3| are below
+`NEGLIGIBLE_TERM`, whatever b is. It is looked for on distances 1 % apart, up to `FARTHEST`, and
+differs between Deborah numbers: some 20 d at De = 1 and 30 d at De = 5 for d/D = 0.2.
+
+**Nearest.** The original study's closure: two neighbours each, one for the spheres at the ends,
+
+    U_1(z_2 - z_1, z_3 - z_2),    U_2(z_i - z_{i-1}, z_{i+1} - z_i),    U_3(., z_N - z_{N-1}).
+
+The two spheres of a train of two are middle spheres with one neighbour at infinity, a single one
+with both: for both closures alike.
+"""
+
+from typing import Protocol
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from viscotrain.words import LEADING, MIDDLE, TRAILING
+
+NEGLIGIBLE_TERM = 1e-8  # Ubar
+FARTHEST = 100.0  # d: velocities fall by e in 2 to 3 d at d/D = 0.2; a tail in 1/s is the table's
+SEARCH = 1.01  # ratio of successive distances
+CELLS = 256  # of the splines, on each axis: errors below 1e-9 Ubar with nodes from 1.05 d on
+
+
+class Velocities(Protocol):
+    """What a closure needs to know of triplets; `interpolation.TripletVelocities` is one."""
+
+    smallest_distance: float  # where lubrication begins, in d
+    slowest: float  # smallest velocity, in Ubar
+    isolated: float  # velocity of a single sphere, in Ubar
+
+    def closure(self, sp: NDArray, sf: NDArray, particle: int | NDArray) -> NDArray:
+        """U of one sphere of triplets at distances of shape (n,), in Ubar."""
+
+
+class Closure:
+    """Velocities of a train without lubrication.
+
+    Args:
+        velocities: Of triplets.
+    """
+
+    def __init__(self, velocities: Velocities):
+        self._triplets = velocities
+        self.smallest_distance = velocities.smallest_distance
+        self.slowest = velocities.slowest
+        self.isolated = velocities.isolated
+
+    def free_velocities(self, distance: NDArray) -> NDArray:
+        """U in Ubar, shape (N,), from distances of neighbours in d, shape (N - 1,)."""
+        raise NotImplementedError
+
+    def _middle(self, distance: NDArray) -> NDArray:
+        """Each sphere as the middle one of its triplet; neighbours that miss are at infinity."""
+        none = np.array([np.inf])
+        sp, sf = np.concatenate([none, distance]), np.concatenate([distance, none])
+        return self._triplets.closure(sp, sf, MIDDLE)
+
+
+class Nearest(Closure):
+    """Each sphere feels its two neighbours, as in the original study."""
+
+    def free_velocities(self, distance: NDArray) -> NDArray:
+        """See `Closure.free_velocities`."""
+        s = distance
+        if s.size < 2:
+            return self._middle(s)
+        sp = np.concatenate([s[:1], s[:-1], s[-2:-1]])
+        sf = np.concatenate([s[1:2], s[1:], s[-1:]])
+        particle = np.full(s.size + 1, MIDDLE)
+        particle[0], particle[-1] = TRAILING, LEADING
+        return self._triplets.closure(sp, sf, particle)
+
+
+class EverySphere(Closure):
+    """Each sphere feels all spheres that matter.
+
+    Attributes:
+        reach: Distance to the inner sphere of a triplet, in d, at which the sum ends.
+    """
+
+    def __init__(self, velocities: Velocities):
+        super().__init__(velocities)
+        x = np.linspace(0.0, 1.0 / self.smallest_distance, CELLS + 1)
+        with np.errstate(divide="ignore"):
+            s = 1.0 / x
+        self._trailing, self._leading = map(_coefficients, increments(velocities, s, s))
+        self._cells_times_distance = CELLS * self.smallest_distance
+        self.reach = reach(velocities, s)
+
+    def free_velocities(self, distance: NDArray) -> NDArray:
+        """See `Closure.free_velocities`."""
+        free = self._middle(distance)
+        if distance.size > 1:
+            splines = self._trailing, self._leading
+            _add_increments(free, distance, self.reach, self._cells_times_distance, *splines)
+        return free
+
+
+CLOSURES: dict[str, type[Closure]] = {"every_sphere": EverySphere, "nearest": Nearest}
+
+
+def increments(velocities: Velocities, a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:
+    """W_1(a, b) and W_3(a, b) in Ubar, each of shape (a, b), from distances in d."""
+    inner, outer = a.repeat(b.size), np.tile(b, a.size)
+    none = np.full(inner.size, np.inf)
+    trailing = velocities.closure(inner, outer, TRAILING)
+    trailing -= velocities.closure(inner, none, TRAILING)
+    leading = velocities.closure(outer, inner, LEADING)
+    leading -= velocities.closure(none, inner, LEADING)
+    return trailing.reshape(a.size, b.size), leading.reshape(a.size, b.size)
+
+
+def reach(velocities: Velocities, b: NDArray) -> float:
+    """Distance a in d from which on increments are negligible at all b, at most `FARTHEST`."""
+    nearest = velocities.smallest_distance
+    steps = np.ceil(np.log(FARTHEST / nearest) / np.log(SEARCH))
+    a = np.geomspace(nearest, FARTHEST, int(steps) + 1)
+    largest = np.max(np.abs(increments(velocities, a, b)), axis=(0, 2))
+    felt = (largest >= NEGLIGIBLE_TERM).nonzero()[0]
+    return float(a[min(felt[-1] + 1, a.size - 1)]) if felt.size else nearest
+
+
+def _coefficients(values: NDArray) -> NDArray:
+    """Coefficients in cubic B-splines of the spline through values on an even grid.
+
+    At both ends of each axis it is not-a-knot: the fourth differences of coefficients vanish.
+
+    Args:
+        values: Shape (n, n).
+
+    Returns:
+        Shape (n + 2, n + 2).
+    """
+    n = values.shape[0]
+    matrix = np.zeros((n + 2, n + 2))
+    for row in range(n):
+        matrix[row + 1, row : row + 3] = 1 / 6, 4 / 6, 1 / 6
+    matrix[0, :5] = matrix[-1, -5:] = 1, -4, 6, -4, 1
+    rows = np.linalg.solve(matrix, np.pad(values, 1))
+    return np.ascontiguousarray(np.linalg.solve(matrix, rows.T).T)
+
+
+@numba.njit(cache=True)
+def _add_increments(U, distance, reach, cells_times_distance, trailing, leading):
+    """Add to U, shape (N,), what spheres behind the neighbours do; see `EverySphere`."""
+    cells, last = trailing.shape[0] - 3, distance.size
+    outer = [_cell(cells_times_distance / s, cells) for s in distance]
+    for p in range(last):
+        a = 0.0
+        for q in range(p + 1, last + 1):  # p and q feel the spheres behind each other
+            a += distance[q - 1]
+            if a >= reach:
+                break
+            inner = _cell(cells_times_distance / a, cells)
+            if q < last:
+                U[p] += _spline(trailing, inner, outer[q])
+            if p > 0:
+                U[q] += _spline(leading, inner, outer[p - 1])
+
+
+@numba.njit(cache=True)
+def _cell(x, cells):
+    """Cell that holds x, in widths of cells, and the four B-splines that are not 0 at x."""
+    cell = int(min(x, cells - 1.0))
+    t = min(x, float(cells)) - cell
+    u = 1.0 - t
+    basis = u**3 / 6, 2 / 3 - t**2 * (1 - t / 2), 2 / 3 - u**2 * (1 - u / 2), t**3 / 6
+    return cell, basis
+
+
+@numba.njit(cache=True)
+def _spline(coefficients, inner, outer):
+    """Value of a bicubic spline at a place on each axis, as `_cell` describes it."""
+    (i, along), (j, across) = inner, outer
+    value = 0.0
+    for k in range(4):
+        row = 0.0
+        for m in range(4):
+            row += coefficients[i + k, j + m] * across[m]
+        value += row * along[k]
+    return value
