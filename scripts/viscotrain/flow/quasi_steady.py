@@ -31,7 +31,7 @@ import ngsolve
 
 from viscotrain.flow import newton, refinement
 from viscotrain.flow.continuation import GUESS_TOLERANCE, Continuation, Steps
-from viscotrain.flow.discretisation import Flow
+from viscotrain.flow.discretisation import Flow, copy
 from viscotrain.flow.meshes import Sizes
 from viscotrain.fluid.parameters import NEWTONIAN
 
@@ -148,6 +148,21 @@ def solve(
         )
         if not solved:
             return
+
+
+def in_order(solution: Solution, order: int, options: SolverOptions) -> dict[str, float]:
+    """Velocities as in `Solution` in another order of the velocity on the same mesh.
+
+    Args:
+        solution: The last one asked for, solved.
+        order: Of the velocity.
+        options: When an iteration has converged.
+    """
+    known, De = solution.flow, solution.deborah
+    flow = known.variant(known.fluid, order)
+    flow.state.vec.data = known.embed(copy(known.state.vec), flow)
+    path = Continuation(flow, options.tolerance, options.steps)
+    return flow.sphere_velocities() if path.settle(De).converged else {}
 
 
 @dataclass
