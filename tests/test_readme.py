@@ -33,7 +33,7 @@ def test_requirements_on_the_default_settings_are_met():
         assert default[5.0] < 1e-5
 
 
-@pytest.mark.parametrize("kind", ["mesh", "box"])
+@pytest.mark.parametrize("kind", ["mesh", "order", "box"])
 def test_requirements_on_high_deborah_numbers(kind):
     """`config/paper.yaml` at (4.5, 1.5): 1e-5 Ubar up to De = 10, then 2 % of the larger one."""
     table = pd.read_csv(KEPT / "high_deborah" / f"{kind}_sp4.5_sf1.5.csv")

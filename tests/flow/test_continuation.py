@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from viscotrain.config import stages
-from viscotrain.flow import newton, quasi_steady
+from viscotrain.flow import continuation, newton, quasi_steady
 from viscotrain.flow.discretisation import Flow, copy
 from viscotrain.flow.geometry import Geometry
 from viscotrain.flow.meshes import MeshOptions, make_mesh
@@ -242,6 +242,21 @@ def test_a_point_that_does_not_converge_ends_the_path_with_a_reason():
     found = list(solutions(hopeless, triplet(hopeless, 1.5, 1.5)))
     assert [solution.solved for _, solution in found] == [False]
     assert "no convergence" in found[-1][1].convergence.reason
+    assert found[-1][1].reached == 0
+
+
+def test_a_point_on_a_rung_that_fails_tells_how_far_the_ladder_led(monkeypatch):
+    config = study(deborah=(3.5,), **COARSE)
+    iterate = continuation.Continuation._iterate
+
+    def until_two(path, De, tolerance):
+        if De > 2:
+            return newton.Convergence(updates=[1.0], reason="stuck")
+        return iterate(path, De, tolerance)
+
+    monkeypatch.setattr(continuation.Continuation, "_iterate", until_two)
+    ((_, solution),) = solutions(config, triplet(config, math.inf, math.inf))
+    assert not solution.solved and 1 <= solution.reached <= 2
 
 
 def test_where_the_ladder_is_stuck_the_mesh_of_the_start_is_taken_in_short_steps(monkeypatch):

@@ -12,8 +12,8 @@ import xarray as xr
 from viscotrain.config import stages
 from viscotrain.drawing import verification_figures
 from viscotrain.studies import accuracy, start_up
-from viscotrain.studies.accuracy import KINDS, RELATIVE, observed_orders, with_errors
-from viscotrain.studies.convergence import settings
+from viscotrain.studies.accuracy import RELATIVE, observed_orders, with_errors
+from viscotrain.studies.convergence import convergence_rows, settings
 
 DEMO = stages.convergence(harness.study("config"))
 
@@ -66,7 +66,7 @@ def test_below_the_noise_no_order_is_claimed():
 
 
 def test_each_kind_varies_one_thing():
-    for kind in KINDS[:-1]:
+    for kind in ("mesh", "box"):
         found = list(settings(DEMO, kind))
         assert [default for _, default, _ in found].count(True) == 1
         for _, default, study in found:
@@ -82,7 +82,6 @@ def test_each_kind_varies_one_thing():
                     "relative_accuracy",
                     "max_unknowns",
                 },
-                "order": {"velocity_order", "max_velocity_order"},
                 "box": {"margin"},
             }[kind]
             assert changed == (set() if default else allowed)
@@ -103,9 +102,17 @@ def test_boxes_are_longer_than_the_default_one():
     assert [margin for margin, *_ in settings(DEMO, "box")] == [2.0, 4.0, 6.0]
 
 
-def test_no_order_is_below_the_lowest():
+def test_orders_around_the_one_found_are_on_its_mesh():
     tiny = stages.convergence(harness.study("tiny"))
-    assert [order for order, _, _ in settings(tiny, "order")] == [3, 4, 5]
+    table = convergence_rows(tiny.at([0.0, 1.0]), "order", math.inf, 1.5, report=print)
+    for _, part in table.groupby("deborah"):
+        assert part["elements"].nunique() == 1
+        (found,) = part.loc[part["default"], "value"]
+        assert list(part["value"] - found) == [-1, 0, 1]
+    errors = with_errors(table, "order").set_index(["deborah", "value"])["error"]
+    assert errors.loc[0.0].max() < 1e-5
+    low, middle, high = errors.loc[1.0]
+    assert low > middle > high == 0 and 1e-7 < middle < 1e-4
 
 
 def comparison(sp=1.5, deborah=5.0):

@@ -128,6 +128,10 @@ class Continuation:
             return None
         return refinement.estimate(self.flow, below, adjoint)
 
+    def settle(self, De: float) -> newton.Convergence:
+        """Solve at De from the state as it is, until the velocities are as accurate, too."""
+        return self._iterate(De, self._tolerance, VELOCITY_TOLERANCE)
+
     def finish(self, tolerance: float) -> newton.Convergence:
         """Go on with the iteration where it is, until the velocities are as accurate, too."""
         self.restore()
@@ -162,7 +166,9 @@ class Continuation:
             and math.isclose(self._known[-1][0], _coordinate(De))
         )
 
-    def _iterate(self, De: float, tolerance: float) -> newton.Convergence:
+    def _iterate(
+        self, De: float, tolerance: float, of_velocities: float = math.inf
+    ) -> newton.Convergence:
         """Newton iteration at one De > 0, or at De = 0 with psi = 0."""
         self.flow.deborah.Set(De)
         if De > 0:
@@ -171,7 +177,11 @@ class Continuation:
             form, free = self.flow.newtonian, self.flow.free_newtonian
         self._newton = newton.ModifiedNewton(form, free)
         return self._newton.solve(
-            self.flow.state, tolerance=tolerance, max_iterations=self._max_iterations
+            self.flow.state,
+            tolerance=tolerance,
+            max_iterations=self._max_iterations,
+            watch=self.flow.speeds,
+            watch_tolerance=of_velocities,
         )
 
     def _walk(self, De: float) -> tuple[newton.Convergence, int]:

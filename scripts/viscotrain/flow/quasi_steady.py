@@ -31,7 +31,7 @@ import ngsolve
 
 from viscotrain.flow import newton, refinement
 from viscotrain.flow.continuation import GUESS_TOLERANCE, Continuation, Steps
-from viscotrain.flow.discretisation import Flow
+from viscotrain.flow.discretisation import Flow, copy
 from viscotrain.flow.meshes import Sizes
 from viscotrain.fluid.parameters import NEWTONIAN
 
@@ -85,6 +85,7 @@ class Solution:
         error: Estimated errors; None if there is no estimate.
         accurate: Whether the estimate is within the accuracy asked for.
         fallback: Whether it is of the start mesh, since the iteration was stuck on refined ones.
+        reached: Largest De up to `deborah` that was solved on the way, be it in low order.
     """
 
     flow: Flow
@@ -96,7 +97,8 @@ class Solution:
     seconds: float
     error: refinement.Estimate | None
     accurate: bool
-    fallback: bool = False
+    fallback: bool
+    reached: float
 
     @property
     def solved(self) -> bool:
@@ -142,9 +144,25 @@ def solve(
             error=found.error,
             accurate=found.accurate,
             fallback=found.fallback,
+            reached=De if solved else found.reached,
         )
         if not solved:
             return
+
+
+def in_order(solution: Solution, order: int, options: SolverOptions) -> dict[str, float]:
+    """Velocities as in `Solution` in another order of the velocity on the same mesh.
+
+    Args:
+        solution: The last one asked for, solved.
+        order: Of the velocity.
+        options: When an iteration has converged.
+    """
+    known, De = solution.flow, solution.deborah
+    flow = known.variant(known.fluid, order)
+    flow.state.vec.data = known.embed(copy(known.state.vec), flow)
+    path = Continuation(flow, options.tolerance, options.steps)
+    return flow.sphere_velocities() if path.settle(De).converged else {}
 
 
 @dataclass
@@ -157,6 +175,7 @@ class _Found:
     error: refinement.Estimate | None = None
     accurate: bool = False
     fallback: bool = False
+    reached: float = 0.0
 
     def judge(self, error: refinement.Estimate | None, options: SolverOptions):
         """Take the estimate, and say whether it is within what is allowed."""
@@ -173,7 +192,7 @@ def _plainly(path: Continuation, De: float, options: SolverOptions) -> _Found:
         iterations += more
         if step == De or not convergence.converged:
             break
-    found = _Found(path.flow, convergence, iterations, fallback=True)
+    found = _Found(path.flow, convergence, iterations, fallback=True, reached=path.deborah)
     if convergence.converged:
         found.judge(path.estimate(), options)
         found.convergence = path.finish(options.tolerance)
@@ -183,7 +202,9 @@ def _plainly(path: Continuation, De: float, options: SolverOptions) -> _Found:
 def _better(first: _Found, second: _Found) -> _Found:
     """The second result if it converged, or else the first; with the iterations of both."""
     iterations = first.iterations + second.iterations
-    return replace(second if second.convergence.converged else first, iterations=iterations)
+    reached = max(first.reached, second.reached)
+    found = second if second.convergence.converged else first
+    return replace(found, iterations=iterations, reached=reached)
 
 
 def _newtonian(flow: Flow, options: SolverOptions) -> _Found:
@@ -231,7 +252,7 @@ class _Ladder:
         """Solve in the lowest order of results or a higher one."""
         start, convergence, iterations = self._approach(De)
         if not convergence.converged:
-            return _Found(start.flow, convergence, iterations)
+            return _Found(start.flow, convergence, iterations, reached=start.deborah)
         path, found, plan = self._climb(start, De, self._higher)
         iterations += found.iterations
         for remaining in reversed(range(REFINEMENTS)):
@@ -251,7 +272,7 @@ class _Ladder:
         if found.convergence.converged:
             found.convergence = path.finish(self._options.tolerance)
             iterations += found.convergence.iterations
-        return replace(found, iterations=iterations)
+        return replace(found, iterations=iterations, reached=De)
 
     def _approach(self, De: float) -> tuple[Continuation, newton.Convergence, int]:
         """A branch of the ladder at De, or where it is stuck."""

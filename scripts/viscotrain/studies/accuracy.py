@@ -20,7 +20,7 @@ RELATIVE = ["middle_minus_trailing", "leading_minus_middle"]  # columns, in Ubar
 NOISE = 1e-6  # Ubar, of relative velocities between meshes
 WHAT = {
     "mesh": ("meshes", "sizes at the start times {finest:g}, accuracy times its cube"),
-    "order": ("polynomial order", "order {finest:g}"),
+    "order": ("polynomial order", "one order more on the same mesh"),
     "box": ("periodic length", "margin of {finest:g} D"),
     "time_step": ("controlled time steps", "the limit of small steps, extrapolated"),
 }

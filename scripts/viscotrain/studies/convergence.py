@@ -3,7 +3,7 @@
 Relative velocities U_2 - U_1 and U_3 - U_2 of a few triplets with other settings:
 
     mesh       sizes of the first mesh times a factor, its accuracy times the cube of the factor
-    order      polynomial order of the velocity
+    order      polynomial order of the velocity, on the mesh that was found
     box        distance of the outer spheres to the periodic ends
     time_step  fixed steps of a start-up of one relaxation time, and the controlled steps
 
@@ -12,6 +12,9 @@ What errors and orders follow from them stands in `accuracy`.
 Meshes are refined until the estimated error is as small as asked for. So a study of the mesh asks
 for other accuracies, and begins with other sizes where the first mesh is accurate enough already.
 The elements that a mesh may have follow the sizes.
+
+The order is raised until the error is small, too, whatever the lowest one is. So a study of the
+order takes one less and one more than the order found, on the mesh found.
 """
 
 import math
@@ -23,17 +26,17 @@ import pandas as pd
 
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import TransientSettings
-from viscotrain.flow.quasi_steady import LOWEST_ORDER
+from viscotrain.flow.quasi_steady import in_order
 from viscotrain.flow.time_stepping import Transient
 from viscotrain.studies.accuracy import RELATIVE
-from viscotrain.studies.dns import Report, solutions, triplet
+from viscotrain.studies.dns import Report, solutions, solver_options, triplet
 from viscotrain.studies.resolution import with_sizes
 from viscotrain.studies.transient import flow_maker, time_options
 from viscotrain.words import PARTICLES
 
 MESH_FACTORS = (1.6, 1.0, 0.63)
 ACCURACY_POWER = 3  # accuracies over sizes: factors of about 4, 1 and 1/4
-ORDER_CHANGES = (-1, 0, 1, 2)
+ORDER_CHANGES = (-1, 0, 1)  # of the order found
 BOX_FACTORS = (1.0, 2.0, 3.0)
 STEPS = (10, 20, 40, 80)  # per relaxation time
 CONTROLLED = 0.0  # in place of a step size: the default, controlled steps
@@ -51,16 +54,6 @@ def settings(
     if kind == "mesh":
         for factor in MESH_FACTORS:
             yield factor, factor == 1, changed(**_refined(dns, factor))
-    elif kind == "order":
-        for change in ORDER_CHANGES:
-            order = dns.velocity_order + change
-            if order >= LOWEST_ORDER:
-                highest = dns.max_velocity_order + change
-                yield (
-                    order,
-                    change == 0,
-                    changed(velocity_order=order, max_velocity_order=highest),
-                )
     elif kind == "box":
         for factor in BOX_FACTORS:
             margin = factor * dns.margin
@@ -85,6 +78,8 @@ def convergence_rows(
     point = {"sp": sp, "sf": sf}
     if kind == "time_step":
         rows = [point | row for row in _time_step_rows(study, sp, sf)]
+    elif kind == "order":
+        rows = [point | row for row in _order_rows(study, sp, sf)]
     else:
         for value, default, variant in settings(study, kind):
             for De, solution in solutions(variant, triplet(variant, sp, sf)):
@@ -98,6 +93,24 @@ def convergence_rows(
                 rows.append(point | row | _relative(solution.velocities))
                 report(str(rows[-1]))
     return pd.DataFrame(rows)
+
+
+def _order_rows(study: TransientSettings, sp: float, sf: float) -> Iterator[dict]:
+    """Orders around the one found, on its mesh."""
+    for De, solution in solutions(study, triplet(study, sp, sf)):
+        found = solution.flow.velocity_order
+        for order in (found + change for change in ORDER_CHANGES) if solution.solved else ():
+            default = order == found
+            U = solution.velocities
+            if not default:
+                U = in_order(solution, order, solver_options(study))
+            yield {
+                "deborah": De,
+                "value": order,
+                "default": default,
+                "elements": solution.flow.mesh.ne,
+                **_relative(U),
+            }
 
 
 def _time_step_rows(study: TransientSettings, sp: float, sf: float) -> Iterator[dict]:

@@ -8,21 +8,19 @@ of the box, which both share.
 Nothing depends on the speed of the machine: no run has a limit of time.
 """
 
-import contextlib
 import itertools
 import json
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from unittest import mock
 
 import numpy as np
 import pandas as pd
 
 from viscotrain.config.models import DnsConfig
 from viscotrain.config.settings import FlowSettings
-from viscotrain.flow import continuation, quasi_steady
+from viscotrain.flow import quasi_steady
 from viscotrain.flow.process import use_one_core
 from viscotrain.studies import dns as simulation
 from viscotrain.studies.resolution import with_sizes
@@ -86,28 +84,22 @@ def solve(
     def remesh(sizes):
         mesh = simulation.mesh_of(case, geometry, sizes)
         meshes.append(mesh.ne)
-        at = f"De {reached[-1][0]:.3g} in order {reached[-1][1]}" if reached else "the start"
-        seconds = time.process_time() - started
-        report(f"{label}: {mesh.ne} elements after {at}, {seconds:.0f} CPU s")
+        report(f"{label}: {mesh.ne} elements after {time.process_time() - started:.0f} CPU s")
         return mesh
 
     started = time.process_time()
-    with _watched() as reached:
-        try:
-            geometry = simulation.triplet(case, point.sp, point.sf)
-            options = simulation.solver_options(case)
-            flow = simulation.make_flow(case, geometry)
-            meshes.append(flow.mesh.ne)
-            (solution,) = quasi_steady.solve(flow, [point.deborah], options, remesh=remesh)
-            result = _result(solution)
-        except Exception as error:  # a crash of one point is a result, the others go on
-            result = {"converged": False, "reason": f"{type(error).__name__}: {error}"}
-    if result["converged"]:
-        reached = [(point.deborah, case.dns.velocity_order)]
-    ladder = [De for De, order in reached if order >= case.dns.velocity_order - 1]
+    try:
+        geometry = simulation.triplet(case, point.sp, point.sf)
+        options = simulation.solver_options(case)
+        flow = simulation.make_flow(case, geometry)
+        meshes.append(flow.mesh.ne)
+        (solution,) = quasi_steady.solve(flow, [point.deborah], options, remesh=remesh)
+        result = _result(solution)
+    except Exception as error:  # a crash of one point is a result, the others go on
+        reason = f"{type(error).__name__}: {error}"
+        result = {"converged": False, "reason": reason, "deborah_reached": 0.0}
     return _parameters(point, run) | {
         **result,
-        "deborah_reached": max(ladder, default=0.0),
         "meshes": json.dumps(meshes),
         "cpu_seconds": round(time.process_time() - started, 1),
     }
@@ -138,6 +130,7 @@ def _result(solution: quasi_steady.Solution) -> dict:
     result = {
         "converged": solution.solved,
         "reason": solution.convergence.reason,
+        "deborah_reached": solution.reached,
         "accurate": solution.accurate,
         "iterations": solution.iterations,
         "elements": solution.flow.mesh.ne,
@@ -157,20 +150,6 @@ def _result(solution: quasi_steady.Solution) -> dict:
         estimates = map(float, solution.error.relative)
         result |= {f"estimate_{k}": e for k, e in zip(pairs, estimates, strict=True)}
     return result
-
-
-@contextlib.contextmanager
-def _watched() -> Iterator[list[tuple[float, int]]]:
-    """(De, order) of all solutions meanwhile: a run that fails does not tell how far it came."""
-    reached: list[tuple[float, int]] = []
-    remember = continuation.Continuation._remember
-
-    def noted(path: continuation.Continuation, coordinate: float):
-        remember(path, coordinate)
-        reached.append((path.deborah, path.flow.velocity_order))
-
-    with mock.patch.object(continuation.Continuation, "_remember", noted):
-        yield reached
 
 
 def true_error(row, reference) -> float:
