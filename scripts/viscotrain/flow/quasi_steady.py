@@ -266,7 +266,8 @@ class _Ladder:
             if found.accurate or plan is None or plan.sizes is None or self._remesh is None:
                 break
             mesh = self._remesh(plan.sizes)
-            finer = self._on_another_mesh(mesh, refinement.first_order(plan.order), [start, path])
+            order = max(refinement.first_order(plan.order), self._top.velocity_order - 1)
+            finer = self._on_another_mesh(mesh, order, [start, path])
             convergence, more = finer.advance(De)
             iterations += more
             if not convergence.converged:

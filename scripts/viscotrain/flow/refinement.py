@@ -213,7 +213,7 @@ def _cost(elements: float, orders: Iterable[int], modes: int) -> float:
 
 def first_order(order: int) -> int:
     """In which a new mesh is solved first, if it is made for this order."""
-    return max(LOWEST_ORDER, order - ORDERS_BELOW)
+    return min(max(LOWEST_ORDER, order - ORDERS_BELOW), order - 1)
 
 
 def unknowns_per_element(order: int, modes: int) -> float:
