@@ -259,6 +259,17 @@ def test_a_point_on_a_rung_that_fails_tells_how_far_the_ladder_led(monkeypatch):
     assert not solution.solved and 1 <= solution.reached <= 2
 
 
+def test_short_steps_end_after_too_many_iterations(monkeypatch):
+    monkeypatch.setattr(quasi_steady, "MOST_SOLVES", 0)
+    config = study(deborah=(2.0,), **COARSE)
+    flow = make_flow(config, triplet(config, math.inf, math.inf))
+    options = solver_options(config)
+    path = continuation.Continuation(flow, 1e-5, options.steps)
+    found = quasi_steady._plainly(path, 2.0, options)
+    assert "given up at De = 1.5" in found.convergence.reason
+    assert found.reached == pytest.approx(1.5)
+
+
 def test_where_the_ladder_is_stuck_the_mesh_of_the_start_is_taken_in_short_steps(monkeypatch):
     config = study(deborah=(2.0,), **COARSE)
     pair = triplet(config, math.inf, 1.5)

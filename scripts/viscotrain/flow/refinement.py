@@ -45,7 +45,7 @@ SMOOTH = 1 / 16  # product of the decays of a smooth solution
 FINEST, COARSEST = 0.4, 1.0  # change of the size of an element in one refinement
 MESHED = 1.07  # sizes of the triangles that Netgen makes, over those asked for
 RESERVE = 3.0  # error on a new mesh over what its sizes promise
-LEAST_REDUCTION = 2.0  # of the error, for which a new mesh is made
+LEAST_REDUCTION = 2.0  # of an error that remains too large, for which a new mesh is made
 LEAST_GAIN = 1.3  # the same, for which a higher order is solved
 ANOTHER_MESH = 2.0  # cost on a new mesh, which may not keep its promise, over that on the same
 GAIN_POWER = 0.7  # of the mean of r_K s_K: what one more order has been seen to gain
@@ -200,7 +200,7 @@ def _another_mesh(
     modes = len(flow.fluid.modes)
     most = limits.unknowns / unknowns_per_element(order, modes)
     sizes, elements, left = refined(flow.mesh, error, order, allowed, most)
-    if left > error.decisive / LEAST_REDUCTION or elements > 1.01 * most:
+    if left > max(allowed, error.decisive / LEAST_REDUCTION) or elements > 1.01 * most:
         return None
     cost = ANOTHER_MESH * _cost(elements, range(first_order(order), order + 1), modes)
     return (max(left / allowed, 1.0), cost), Plan(order, sizes)
@@ -213,7 +213,7 @@ def _cost(elements: float, orders: Iterable[int], modes: int) -> float:
 
 def first_order(order: int) -> int:
     """In which a new mesh is solved first, if it is made for this order."""
-    return max(LOWEST_ORDER, order - ORDERS_BELOW)
+    return min(max(LOWEST_ORDER, order - ORDERS_BELOW), order - 1)
 
 
 def unknowns_per_element(order: int, modes: int) -> float:
