@@ -46,7 +46,13 @@ def _changed(model, changes: dict):
 SMALL = written(
     study="small",
     deborah={"values": [1], "definition": "longest_mode"},
-    table={"sp": [1.5, float("inf")], "sf": [1.5, float("inf")], "check": 0, "max_holes": 0},
+    table={
+        "sp": [1.5, float("inf")],
+        "sf": [1.5, float("inf")],
+        "pair": [],
+        "check": 0,
+        "max_holes": 0,
+    },
 )
 
 # ------------------------------------------------------------------------------------ subprocesses

@@ -52,7 +52,7 @@ def test_the_warning_comes_with_the_hole_that_is_too_much(folder):
     triplet = line(folder, "sp1.1_sf1.5", result(1.1, 1.5, failed_from=0))
     assert triplet.startswith("sp1.1_sf1.5: solved 0 of 2 De; no convergence\nwarning: ")
     # the mirror image at De = 0 too
-    assert "has 6 holes by now; allowed: 2 (table.max_holes)" in triplet
+    assert "has 5 holes by now; allowed: 2 (table.max_holes)" in triplet
     assert "warning" not in line(folder, "sp1.1_sf1.1", result(1.1, 1.1))
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 import yaml
 from harness import CONFIG, DNS_JOB, SMALL, Project, output, written
 
+from viscotrain.config.geometries import pair_distances
 from viscotrain.config.reading import load_study
 from viscotrain.words import NOT_ATTEMPTED, NOT_CONVERGED
 
@@ -40,10 +41,10 @@ AFTER_DNS = {
 def test_every_shipped_config_has_a_plan(config, project):
     study = load_study(CONFIG / config)
     number_of_trains = len(study.trains.deborah) * len(study.trains.volume_fraction)
-    distances = len(study.table.sp) - 1
+    triplets = (len(study.table.sp) - 1) ** 2
     jobs, geometries = project.plan("--configfile", f"config/{config}")
     assert jobs == AFTER_DNS | {
-        "dns": len(study.geometries) + study.table.check - distances,
+        "dns": triplets + len(pair_distances(study)) + 1 + study.table.check,
         "trains": number_of_trains,
         "film": number_of_trains,
         "movies": number_of_trains,
@@ -161,10 +162,10 @@ def test_fields_of_every_point_do_not_change_the_plan(project):
 
 @pytest.mark.slow
 def test_the_transient_method_has_one_job_per_geometry_and_deborah_number(project):
-    """All points of grid and check; De = 0 too, which ends at its start."""
+    """All points of grid, pair and check; De = 0 too, which ends at its start."""
     study = TINY | {"dns": TINY["dns"] | {"method": "transient"}}
     jobs, _ = project.plan("--configfile", project.configured(study))
-    assert jobs["transient"] + jobs["transient_single_sphere"] == (2 * 2 - 1 + 1) * 2
+    assert jobs["transient"] + jobs["transient_single_sphere"] == (2 * 2 - 1 + 1 + 1) * 2
     assert "dns" not in jobs
 
 
