@@ -20,8 +20,8 @@ and its like were as good as maps with an exponential tail, which need a length 
 changes with De.
 
 **Far away** all of them decay exponentially: beyond its last node s_L each one goes on as
-exp(-(s - s_L)/l), as knots at `BEYOND` lengths of decay further on. l is that of |a| + |b|, from the
-last two distances at which it is not an error of the simulation (`decay_length`).
+exp(-(s - s_L)/l), as knots at `BEYOND` lengths of decay further on. l is that of |a| + |b|, from
+the last two distances at which it is not an error of the simulation (`decay_length`).
 
 **Contact.** The table ends at a smallest distance s_min > 1. Closer spheres feel lubrication: they
 move as at s_min, but their relative velocity goes to zero linearly with the gap (`lubrication`), so
