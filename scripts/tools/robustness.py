@@ -68,7 +68,7 @@ def described(row: dict) -> str:
         text += f"estimated error {row.get('estimate', float('nan')):.1e}"
         text += "" if row["accurate"] else " NOT ACCURATE"
     else:
-        text += f"NOT SOLVED beyond De {row['deborah_reached']:.3g}: {row['reason']}"
+        text += f"NOT SOLVED, the way led to De {row['deborah_reached']:.3g}: {row['reason']}"
     if "true_error" in row:
         text += f", error of the default {row['true_error']:.1e}"
     return f"{text}, elements {row['meshes']}, {row['cpu_seconds']:.0f} CPU s"
