@@ -34,9 +34,23 @@ def test_requirements_on_the_default_settings_are_met():
 
 
 @pytest.mark.parametrize("kind", ["mesh", "order", "box"])
-def test_requirements_on_high_deborah_numbers(kind):
-    """`config/paper.yaml` at (4.5, 1.5): 1e-5 Ubar up to De = 10, then 2 % of the larger one."""
-    table = pd.read_csv(KEPT / "high_deborah" / f"{kind}_sp4.5_sf1.5.csv")
+@pytest.mark.parametrize("geometry", ["1.1_sf1.1", "1.5_sf2.5", "4.5_sf1.5", "2_sf4.2"])
+def test_requirements_on_high_deborah_numbers(geometry, kind):
+    """`config/paper.yaml`: 1e-5 Ubar up to De = 10, then 2 % of the larger one."""
+    table = pd.read_csv(KEPT / "high_deborah" / f"{kind}_sp{geometry}.csv")
+    if (geometry, kind) == ("2_sf4.2", "order"):  # order 8 is not solved at De = 62
+        table = table[table["deborah"] < 62]
     found = observed_orders(with_errors(table, kind), kind).set_index("deborah")
     assert found.loc[:10, "default_error"].max() < 1e-5
-    assert found.loc[[31, 62], "default_error_share"].max() < 0.02
+    assert found.loc[31:, "default_error_share"].max() < 0.02
+
+
+def test_the_table_of_the_paper_between_its_distances():
+    """Up to De = 10 about 1e-5 Ubar; above, what the simulations' own errors allow."""
+    check = pd.read_csv(KEPT / "paper_table" / "check.csv", comment="#")
+    errors = check[["error_middle_minus_trailing", "error_leading_minus_middle"]].abs()
+    largest = errors.max(axis=1).groupby(check["deborah"]).max()
+    assert len(check) == 7 * 10
+    assert largest.loc[:10].max() < 1.6e-5
+    assert largest.loc[31] < 2e-5
+    assert largest.loc[62] < 1e-4
