@@ -282,5 +282,5 @@ def test_design_map_and_movies_cost(study, tmp_path, measured):
 def test_command_line_with_the_shipped_measurements(tmp_path):
     options = ["--configfile", harness.CONFIG / "tiny.yaml", "--cores", "1"]
     words = harness.output(harness.run_script("estimate_cost.py", *options, folder=tmp_path))
-    assert "study tiny: 4 geometries, 8 points (De x geometry), 1 trains" in words
+    assert "study tiny: 5 geometries, 10 points (De x geometry), 1 trains" in words
     assert "core-hours" in words
