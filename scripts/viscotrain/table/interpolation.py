@@ -14,18 +14,17 @@ T, by which a third sphere changes what two do to each other, vanishes where eit
 infinite. It is much smaller than a and b unless all three are close, so that few nodes are enough
 for it, while pairs, which have one distance only, are resolved finely.
 
-**Splines.** a and b are cubic splines in x = 1/s with not-a-knot ends, T is a tensor product of
-them. x maps contact...infinity onto 1...0. Against pairs solved at 26 distances (De 0.5 to 12), 1/s
-and its like were as good as maps with an exponential tail, which need a length of decay that
-changes with De.
+**Splines.** a and b are cubic splines in x = 1/s, flat at infinity and not-a-knot at the other end,
+T is a tensor product of them. x maps contact...infinity onto 1...0. Against pairs solved at 26
+distances (De 0.5 to 12), 1/s and its like were as good as maps with an exponential tail, which need
+a length of decay that changes with De.
 
 **Far away** all of them decay exponentially: beyond its last node s_L each one goes on as
 exp(-(s - s_L)/l), as knots at `BEYOND` lengths of decay further on. l is that of |a| + |b|, from
 the last two distances at which it is not an error of the simulation (`decay_length`).
 
-**Contact.** The table ends at a smallest distance s_min > 1. Closer spheres feel lubrication: they
-move as at s_min, but their relative velocity goes to zero linearly with the gap (`lubrication`), so
-they never overlap. There is no other extrapolation.
+**Contact.** The table ends at a smallest distance s_min > 1. Closer spheres feel the resistance of
+their gaps (`lubrication`), so they never overlap. There is no other extrapolation.
 
 This module needs no NGSolve.
 """
@@ -47,7 +46,8 @@ from viscotrain.words import CONTACT, LEADING, MIDDLE, OF_A_PAIR, PARTICLES, TRA
 
 SAME_DEBORAH = 1e-9  # relative difference of two Deborah numbers that are one
 MOST_NAMED = 8  # holes that a message names
-BEYOND = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0)  # knots of a tail, in lengths of decay
+# Knots of a tail, in lengths of decay: so dense that a spline through them does not swing.
+BEYOND = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0)
 NOISE = 1e-5  # Ubar: that may be an error of the simulation
 LONGEST_DECAY = 1.0  # length of decay over the last distance: longer ones are not resolved by it
 
@@ -210,6 +210,11 @@ def _with_tail(values: NDArray, axis: int) -> NDArray:
     return np.moveaxis(np.concatenate([values, tail, infinity])[::-1], 0, axis)
 
 
+def _spline(x: NDArray, values: NDArray) -> CubicSpline:
+    """Cubic spline with a slope of zero at infinity, x = 0, and not-a-knot at the other end."""
+    return CubicSpline(x, values, bc_type=((1, np.zeros(values.shape[1:])), "not-a-knot"))
+
+
 class _Pair:
     """What two spheres add to their velocities: a of the trailing, b of the leading one."""
 
@@ -217,7 +222,7 @@ class _Pair:
         added = pairs.velocity - isolated
         self.decay = decay_length(pairs.distance, added)
         self.x = _knots(pairs.distance, self.decay)
-        self.spline = CubicSpline(self.x, _with_tail(added, 0))
+        self.spline = _spline(self.x, _with_tail(added, 0))
         self.isolated = isolated
 
     def superposed(self, sp: NDArray, sf: NDArray) -> NDArray:
@@ -254,7 +259,7 @@ def _polynomials(x_p: NDArray, x_f: NDArray, alone: _Pair, third: tuple) -> NDAr
     """
     sp, sf, added = third
     values = _with_tail(_with_tail(added, 0), 1)
-    p, f = (CubicSpline(x := _knots(s, alone.decay), np.eye(x.size)) for s in (sp, sf))
+    p, f = (_spline(x := _knots(s, alone.decay), np.eye(x.size)) for s in (sp, sf))
     along_p = np.einsum("akm,mnp->aknp", _pieces(p, x_p), values)
     cells = np.einsum("bln,aknp->abpkl", _pieces(f, x_f), along_p)
     behind, ahead = _pieces(alone.spline, x_p), _pieces(alone.spline, x_f)
