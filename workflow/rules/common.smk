@@ -21,6 +21,7 @@ from viscotrain.config.reading import (
     fitted_fluid_file,
     parse_study,
     read_yaml,
+    table_file,
 )
 from viscotrain.errors import ConfigError
 from viscotrain.jobs import resources
@@ -37,6 +38,7 @@ try:
         ],
     )
     MEASURED = data_files(STUDY, workflow.configfiles[-1])
+    GIVEN_TABLE = table_file(STUDY, workflow.configfiles[-1])
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
@@ -91,7 +93,7 @@ ALL_FIGURES = [
     "schematic",
     "rheology",
     "pair_velocity",
-    "stress_field",
+    *(["stress_field"] if STUDY.field_point() else []),
     *RELATIVE_VELOCITIES,
     *[f"{figure}_{train}" for figure in ("spacing", "train") for train in TRAINS],
     *[f"stations_{train}" for train in MOVIES],

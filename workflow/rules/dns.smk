@@ -39,21 +39,23 @@ use rule dns as dns_single_sphere with:
 ruleorder: dns_single_sphere > dns
 
 
-rule field:
-    input:
-        **FITTED_FLUID,
-    output:
-        result=f"{RESULTS}/dns/field.nc",
-    log:
-        f"{LOGS}/dns/field.log",
-    conda:
-        ENVIRONMENT
-    threads: 1
-    resources:
-        **solving("dns"),
-    params:
-        **given("field", stages.field(STUDY)),
-    message:
-        "Computing the fields of the triplet that is drawn"
-    script:
-        "../../scripts/field.py"
+if STUDY.field_point():
+
+    rule field:
+        input:
+            **FITTED_FLUID,
+        output:
+            result=f"{RESULTS}/dns/field.nc",
+        log:
+            f"{LOGS}/dns/field.log",
+        conda:
+            ENVIRONMENT
+        threads: 1
+        resources:
+            **solving("dns"),
+        params:
+            **given("field", stages.field(STUDY)),
+        message:
+            "Computing the fields of the triplet that is drawn"
+        script:
+            "../../scripts/field.py"

@@ -41,7 +41,7 @@ rule study_figures:
 use rule study_figures as velocity_figures with:
     input:
         source=TABLE,
-        field=f"{RESULTS}/dns/field.nc",
+        **({"field": f"{RESULTS}/dns/field.nc"} if STUDY.field_point() else {}),
     output:
         png=[
             *[
@@ -59,20 +59,24 @@ use rule study_figures as velocity_figures with:
                 category="Velocities",
                 labels={"figure": "pair", "De": "all"},
             ),
-            report(
-                f"{FIGURES}/stress_field.png",
-                caption="../report/stress_field.rst",
-                category="Velocities",
-                labels={
-                    "figure": "mesh and stress",
-                    "De": f"{STUDY.field_point().deborah:g}",
-                },
-            ),
+            *[
+                report(
+                    f"{FIGURES}/stress_field.png",
+                    caption="../report/stress_field.rst",
+                    category="Velocities",
+                    labels={"figure": "mesh and stress", "De": f"{point.deborah:g}"},
+                )
+                for point in [STUDY.field_point()]
+                if point
+            ],
         ],
         data=[
             *expand(
                 f"{FIGURES}/{{name}}{{end}}",
-                name=[*RELATIVE_VELOCITIES, "stress_field"],
+                name=[
+                    *RELATIVE_VELOCITIES,
+                    *(["stress_field"] if STUDY.field_point() else []),
+                ],
                 end=[".pdf", ".nc"],
             ),
             *multiext(f"{FIGURES}/pair_velocity", ".pdf", ".csv"),

@@ -44,7 +44,7 @@ def pair_distances(study: Study) -> tuple[float, ...]:
     if study.table.pair is not None:
         return tuple(sorted({*own, *study.table.pair}))
     every = sorted({*own, *_middles(own)})
-    while every[-1] < FARTHEST_PAIR:
+    while every and every[-1] < FARTHEST_PAIR:
         every.append(float(f"{every[-1] * FARTHER:.4g}"))
     return tuple(every)
 

@@ -116,23 +116,31 @@ class DeborahConfig(Section):
 
 
 class TableConfig(Section):
-    """The grid of triplets whose velocities are computed."""
+    """The grid of triplets whose velocities are computed, or a finished table."""
 
+    file: str | None = key(
+        "a finished velocity_table.nc, relative to the config file, in place of simulations; it "
+        "must be of the same fluid and d/D, and have the Deborah numbers",
+        default=None,
+        allowed="path, in place of the distances",
+    )
     sp: ListOf[Distance] = key(
         "distances of the middle sphere to the trailing one, centre to centre; "
         ".inf = no trailing neighbour",
         symbol="sp",
         unit="d",
+        default=(),
         min_length=2,
-        rule="ascending, the last one .inf",
+        rule="ascending, the last one .inf; required without file",
     )
     sf: ListOf[Distance] = key(
         "distances of the leading sphere to the middle one, centre to centre; "
         ".inf = no leading neighbour",
         symbol="sf",
         unit="d",
+        default=(),
         min_length=2,
-        rule="ascending, the last one .inf",
+        rule="ascending, the last one .inf; required without file",
     )
     pair: ListOf[FiniteDistance] | None = key(
         "distances of two spheres alone, besides those of sp and sf; null = one between any two of "

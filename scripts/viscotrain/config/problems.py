@@ -102,7 +102,7 @@ def _unrepeated(key: str):
 def _closed(key: str):
     def check(config: Readable) -> Iterator[Problem]:
         items = config.items(key)
-        if items[-1] not in (None, INFINITY):
+        if items and items[-1] not in (None, INFINITY):
             allowed = ".inf (no neighbour), so that the table needs no extrapolation"
             yield _conflict(
                 (*key.split("."), len(items) - 1), items[-1], f"as the last one {allowed}"
@@ -114,7 +114,7 @@ def _closed(key: str):
 def _member(key: str, of: str):
     def check(config: Readable) -> Iterator[Problem]:
         values = config.items(of)
-        if None in values:
+        if None in values or not values:
             return
         for location, value in config.indexed(key):
             if value not in values:
@@ -122,6 +122,20 @@ def _member(key: str, of: str):
                 yield _conflict(location, value, allowed)
 
     return check
+
+
+def _table_is_computed_or_given(config: Readable) -> Iterator[Problem]:
+    table = config.value("table")
+    if not isinstance(table, Mapping):
+        return
+    given = [name for name in ("sp", "sf", "pair", "every_second") if table.get(name)]
+    if table.get("file") is None:
+        for name in {"sp", "sf"} - set(given):
+            allowed = "list of distances, or table.file in its place"
+            yield Problem(("table", name), f"missing; allowed: {allowed}")
+        return
+    for name in given:
+        yield Problem(("table", name), "found with table.file; allowed: one of the two")
 
 
 def _every_second_is_checked(config: Readable) -> Iterator[Problem]:
@@ -232,6 +246,7 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _sphere_fits_tube,
     _channel_holds_train,
     _ascending("deborah.values"),
+    _table_is_computed_or_given,
     _ascending("table.sp"),
     _ascending("table.sf"),
     _ascending("table.pair"),

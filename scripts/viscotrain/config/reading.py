@@ -120,6 +120,22 @@ def data_files(study: Study, config_file: str | Path) -> list[str]:
     return paths
 
 
+def table_file(study: Study, config_file: str | Path) -> str | None:
+    """Path of the finished table of a config file; None if the study computes its own.
+
+    Raises:
+        ConfigError: It does not exist.
+    """
+    if study.table.file is None:
+        return None
+    path = Path(os.path.relpath(Path(config_file).parent / study.table.file)).as_posix()
+    if not Path(path).is_file():
+        allowed = "path relative to the config file"
+        line = f"table.file: there is no file {path}; allowed: {allowed}"
+        raise ConfigError(str(config_file), [line])
+    return path
+
+
 def read_yaml(path: str | Path) -> tuple[Any, list[str]]:
     """Content of a YAML file, and a line of text for every key that stands there twice.
 

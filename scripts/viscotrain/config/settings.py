@@ -70,8 +70,8 @@ class FluidFitSettings(Settings):
     solvent_viscosity: float | None
 
 
-class FlowSettings(Settings):
-    """Flows around spheres that hold their distances.
+class CaseSettings(Settings):
+    """What velocities are of, however they are computed.
 
     Attributes:
         confinement: d/D.
@@ -79,14 +79,12 @@ class FlowSettings(Settings):
         deborah: Deborah numbers as the study defines them, by which results are named.
         longest_modes: lambda_1 Ubar/D of each; None if they follow from the fluid, which is to be
             fitted, as De of the mean relaxation time.
-        dns: Resolution and solution.
     """
 
     confinement: float
     dimensionless_fluid: DimensionlessFluid | None
     deborah: tuple[float, ...]
     longest_modes: tuple[float, ...] | None
-    dns: Resolution
 
     @property
     def known_fluid(self) -> DimensionlessFluid:
@@ -127,6 +125,12 @@ class FlowSettings(Settings):
         """lambda_mean Ubar/D at a Deborah number of the study."""
         longest = self.deborah_longest_mode(deborah)
         return longest * self.known_fluid.mean_relaxation_time if longest > 0 else 0.0
+
+
+class FlowSettings(CaseSettings):
+    """Flows around spheres that hold their distances, with their resolution and solution."""
+
+    dns: Resolution
 
 
 class FieldSettings(FlowSettings):

@@ -3,11 +3,13 @@
 A fluid that is still to be fitted is left out; see `settings`.
 """
 
+import math
 from functools import lru_cache
 
 from viscotrain.config.geometries import pair_distances, simulated_deborahs
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
+    CaseSettings,
     ClosureGapSettings,
     ClosureTrainSettings,
     DesignMapSettings,
@@ -28,6 +30,7 @@ from viscotrain.config.settings import (
 from viscotrain.config.study import Study
 from viscotrain.fluid.parameters import DimensionlessFluid
 
+DRAWN = (1.2, 1.6, 2.5, math.inf)  # distances in d, of a study that has none
 OF_THE_STUDY = ("schematic", "rheology")  # figures that show the config itself
 
 
@@ -70,6 +73,7 @@ def dns(study: Study, sp: float, sf: float) -> FlowSettings:
 def field(study: Study) -> FieldSettings:
     """The point of the table whose fields are drawn."""
     point = study.field_point()
+    assert point is not None  # or no rule asks for it
     own = flow(study).at([point.deborah])
     return FieldSettings(**dict(own), sp=point.sp, sf=point.sf)
 
@@ -120,6 +124,17 @@ def table(study: Study) -> TableSettings:
         accuracy=study.dns.accuracy,
         relative_accuracy=study.dns.relative_accuracy,
         max_holes=study.table.max_holes,
+    )
+
+
+def given_table(study: Study) -> CaseSettings:
+    """What a finished table must be of."""
+    own = flow(study)
+    return CaseSettings(
+        confinement=own.confinement,
+        dimensionless_fluid=own.dimensionless_fluid,
+        deborah=own.deborah,
+        longest_modes=own.longest_modes,
     )
 
 
@@ -184,8 +199,8 @@ def schematic(study: Study) -> SchematicSettings:
     """The drawing of triplet and train."""
     return SchematicSettings(
         confinement=study.confinement,
-        sp=study.table.sp,
-        sf=study.table.sf,
+        sp=study.table.sp or DRAWN,
+        sf=study.table.sf or DRAWN,
         margin=study.dns.margin,
         volume_fraction=study.trains.volume_fraction[0],
         channel_length=study.channel.length,

@@ -128,9 +128,12 @@ class Study(Section):
         fits = self.channel.length >= FEWEST_TRAIN_SPHERES * spacing * self.confinement
         return fits and spacing >= CLOSEST_MAP_SPACING
 
-    def field_point(self) -> FieldConfig:
-        """The point of the table whose field is drawn: as configured, else chosen."""
-        if self.figures.field is not None:
+    def field_point(self) -> FieldConfig | None:
+        """The point of the table whose field is drawn: as configured, else chosen.
+
+        None where the table is given and no point is: nothing needs to be simulated then.
+        """
+        if self.figures.field is not None or self.table.file is not None:
             return self.figures.field
         moderate = [
             deborah

@@ -1,4 +1,7 @@
-"""Whether files belong together: parts of one table have the same settings and the same code.
+"""Whether files belong together: parts of one table, and a finished table and a study.
+
+Parts of one table have the same settings and the same code; a finished table may be of another
+program, but of the same fluid, confinement and Deborah numbers.
 
 Geometries are simulated at different Deborah numbers, so these may differ; but what a Deborah
 number of the study means, lambda_1 Ubar/D, must be the same in all parts.
@@ -11,6 +14,7 @@ from typing import Any
 import xarray as xr
 import yaml
 
+from viscotrain.config.settings import CaseSettings
 from viscotrain.errors import TableError
 
 OWN = {"deborah", "longest_modes"}  # settings that every part has for itself
@@ -53,6 +57,45 @@ def refuse_strangers(parts: Mapping[str, xr.Dataset]) -> dict[str, str]:
         "simulations_digest": code,
         "simulations_settings": "".join(f"{key}: {value}\n" for key, value in named.items()),
     }
+
+
+def refuse_other_case(name: str, table: xr.Dataset, case: CaseSettings) -> None:
+    """Check that a finished table is of this fluid and confinement and has the Deborah numbers.
+
+    Args:
+        name: Of its file.
+        table: As the table stage writes it.
+        case: What it must be of.
+
+    Raises:
+        TableError: It is not; one message names all that differs.
+    """
+    own = yaml.safe_load(table.attrs.get("simulations_settings", "")) or {}
+    if "deborah_longest_mode" not in table.coords or not own:
+        raise TableError(
+            f"{name}: not a velocity table of this program; allowed: velocity_table.nc"
+        )
+    asked = yaml.safe_load(case.stated().text())
+    facts = dict(_flat({key: asked[key] for key in ("confinement", "dimensionless_fluid")}, ""))
+    lines = [
+        f"{key}: found {own.get(key)}; allowed: {value}, as in the config"
+        for key, value in facts.items()
+        if str(own.get(key)) != value
+    ]
+    there = dict(zip(table["deborah"].values, table["deborah_longest_mode"].values, strict=True))
+    for De in case.deborah:
+        if De not in there:
+            values = ", ".join(f"{each:g}" for each in there)
+            lines.append(
+                f"deborah: found {De:g} in the config; allowed: one of the table's {values}"
+            )
+        elif f"{there[De]:.9g}" != f"{case.deborah_longest_mode(De):.9g}":
+            lines.append(
+                f"De = {De:g}: found lambda_1 Ubar/D = {there[De]:g}; allowed: "
+                f"{case.deborah_longest_mode(De):g}, as the config defines it"
+            )
+    if lines:
+        raise TableError(f"{name}: not of this study\n  " + "\n  ".join(lines))
 
 
 def _most_common(facts) -> dict[str, str]:
