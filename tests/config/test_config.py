@@ -405,6 +405,32 @@ def test_wrong_value_is_the_only_problem(changes, message):
     assert problem.startswith(message)
 
 
+@pytest.mark.parametrize(
+    ("table", "problems"),
+    [
+        (
+            {"file": "velocity_table.nc", "sp": [1.1, INF]},
+            ["table.sp: found with table.file; allowed: one of the two"],
+        ),
+        (
+            {},
+            [
+                "table.sp: missing; allowed: list of distances, or table.file in its place",
+                "table.sf: missing; allowed: list of distances, or table.file in its place",
+            ],
+        ),
+    ],
+)
+def test_a_table_is_computed_or_given(table, problems):
+    assert problems_of(changed({}) | {"table": table}) == problems
+
+
+def test_a_study_with_a_finished_table_simulates_nothing():
+    study = parse_study(changed({}) | {"table": {"file": "velocity_table.nc"}})
+    assert study.field_point() is None
+    assert not simulated(study)
+
+
 def test_one_message_lists_every_problem():
     """Cross-field problems are found although their own and other sections are wrong too."""
     changes = {
@@ -571,7 +597,7 @@ def test_paper_is_the_study_of_the_contract():
     assert study.deborah.values == (0, 1, 2, 5, 10, 31, 62)
     assert study.trains.volume_fraction == (0.002, 0.004, 0.006, 0.01)
     for distances in (study.table.sp, study.table.sf):
-        assert len(distances) == 13
+        assert len(distances) == 14
         assert (distances[0], *distances[-2:]) == (1.02, 12, INF)
 
 

@@ -11,7 +11,7 @@ from viscotrain.config import stages
 from viscotrain.config.reading import load_study
 from viscotrain.errors import TableError
 from viscotrain.jobs import provenance
-from viscotrain.jobs.agreement import refuse_strangers
+from viscotrain.jobs.agreement import refuse_other_case, refuse_strangers
 
 STUDY = load_study(Path(__file__).parents[2] / "config" / "config.yaml")
 GEOMETRIES = (1.2, 1.6), (1.6, 1.2), (1.6, math.inf)
@@ -82,3 +82,41 @@ def test_start_ups_of_several_deborah_numbers_agree():
         for name, item in own.items()
     }
     assert refuse_strangers(datasets)["simulations_digest"] == "0123"
+
+
+def finished_table(study=STUDY):
+    """What a table says of the study that it is of."""
+    De = list(study.deborah.values)
+    longest = [study.deborah_longest_mode(each) for each in De]
+    return xr.Dataset(
+        coords={"deborah": De, "deborah_longest_mode": ("deborah", longest)},
+        attrs=refuse_strangers(parts(study)),
+    )
+
+
+def test_a_finished_table_serves_a_study_of_the_same_case_with_other_trains_and_less_deborah():
+    less = changed(deborah={"values": (0, 5)}, dns={"accuracy": 1e-3})
+    refuse_other_case("table.nc", finished_table(), stages.given_table(less))
+
+
+@pytest.mark.parametrize(
+    ("sections", "words"),
+    [
+        ({"particle": {"diameter": 3e-5}}, "confinement: found 0.2; allowed: 0.3, as in"),
+        ({"fluid": {"solvent_viscosity": 0.06}}, "dimensionless_fluid.solvent: found 0.0907"),
+        ({"deborah": {"values": (0, 1, 7)}}, "found 7 in the config; allowed: one of the table's"),
+        (
+            {"deborah": {"definition": "mean_relaxation_time"}},
+            "De = 1: found lambda_1 Ubar/D = 1; allowed: 1.7",
+        ),
+    ],
+)
+def test_a_finished_table_of_another_case_is_refused_with_what_differs(sections, words):
+    with pytest.raises(TableError, match=r"table\.nc: not of this study") as caught:
+        refuse_other_case("table.nc", finished_table(), stages.given_table(changed(**sections)))
+    assert words in str(caught.value)
+
+
+def test_a_file_that_is_no_velocity_table_is_refused():
+    with pytest.raises(TableError, match=r"map\.nc: not a velocity table"):
+        refuse_other_case("map.nc", xr.Dataset({"deborah": 5.0}), stages.given_table(STUDY))

@@ -246,6 +246,50 @@ def test_a_distance_more_runs_only_the_new_geometries_and_what_follows(finished)
     assert jobs == AFTER_DNS | {"dns": 2, "study_config": 1, "study_figures": 1}
 
 
+def given(file="results/small/table/velocity_table.nc", **sections):
+    """A study like `SMALL` that takes its table from a file."""
+    own = {"study": "given", "table": {"file": file}, "figures": {}}
+    return SMALL | own | sections
+
+
+def test_a_finished_table_takes_the_place_of_all_simulations(finished):
+    jobs, geometries = finished.plan("--configfile", finished.configured(given()))
+    assert not geometries
+    assert jobs["given_table"] == 1
+    assert not {"dns", "field", "table"} & set(jobs)
+
+
+@pytest.mark.slow
+def test_trains_by_a_finished_table_are_those_of_the_study_that_made_it(finished):
+    train = "results/given/trains/De1_phi0.01.nc"
+    name = finished.configured(given())
+    output(finished.snakemake(train, "--cores", "1", "--configfile", name))
+    here, there = (
+        xr.load_dataset(finished.folder / path) for path in (train, train.replace("given", "small"))
+    )
+    assert here.equals(there)
+
+
+@pytest.mark.slow
+def test_a_finished_table_of_another_confinement_is_refused(finished):
+    thicker = given(particle={"diameter": 1.1 * SMALL["particle"]["diameter"]})
+    done = finished.snakemake(
+        "results/given/table/velocity_table.nc",
+        "--cores",
+        "1",
+        "--configfile",
+        finished.configured(thicker),
+    )
+    assert done.returncode != 0
+    assert "not of this study" in done.stdout + done.stderr
+
+
+def test_a_finished_table_that_does_not_exist_stops_before_any_job(project):
+    done = project.snakemake("--dry-run", "--configfile", project.configured(given("no.nc")))
+    assert done.returncode != 0
+    assert "table.file: there is no file no.nc" in done.stdout + done.stderr
+
+
 @pytest.mark.slow
 def test_other_trains_simulate_no_flow(finished):
     more = SMALL | {"trains": SMALL["trains"] | {"volume_fraction": [0.005, 0.01]}}

@@ -130,7 +130,7 @@ def _table_is_computed_or_given(config: Readable) -> Iterator[Problem]:
         return
     given = [name for name in ("sp", "sf", "pair", "every_second") if table.get(name)]
     if table.get("file") is None:
-        for name in {"sp", "sf"} - set(given):
+        for name in [name for name in ("sp", "sf") if name not in given]:
             allowed = "list of distances, or table.file in its place"
             yield Problem(("table", name), f"missing; allowed: {allowed}")
         return
