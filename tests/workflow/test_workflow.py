@@ -26,6 +26,7 @@ AFTER_DNS = {
     "movies": 1,
     "design_points": 1,
     "design_map": 1,
+    "order": 1,
     "velocity_figures": 1,
     "train_figures": 1,
     "interactive": 1,
@@ -329,7 +330,8 @@ def test_code_of_the_physics_repeats_every_simulation(finished):
     assert jobs == AFTER_DNS | {"dns": 3, "field": 1}
 
 
-PHYSICAL = {"units": 1, "study_config": 1, "design_map": 1, "movies": 1, "interactive": 1}
+PHYSICAL = {"units": 1, "study_config": 1, "design_map": 1, "movies": 1, "order": 1}
+PHYSICAL |= {"interactive": 1}
 PHYSICAL |= {"summary": 1, "all": 1}
 
 

@@ -98,6 +98,7 @@ ALL_FIGURES = [
     *[f"{figure}_{train}" for figure in ("spacing", "train") for train in TRAINS],
     *[f"stations_{train}" for train in MOVIES],
     *(["spacing_law", "design_map"] if MAP else []),
+    "order",
 ]
 
 CHECK = STUDY.verification

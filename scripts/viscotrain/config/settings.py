@@ -205,6 +205,14 @@ class TrainsSettings(Settings):
     seed: int
 
 
+class OrderSettings(Settings):
+    """Order of equally spaced trains in a channel of some length, in D."""
+
+    closure: str
+    confinement: float
+    length: float
+
+
 class FilmSettings(Settings):
     """What cameras see: the length of a window in D, the time between frames in D/Ubar."""
 

@@ -19,6 +19,7 @@ from viscotrain.config.settings import (
     FlowSettings,
     FluidFitSettings,
     MoviesSettings,
+    OrderSettings,
     RheologySettings,
     SchematicSettings,
     TableSettings,
@@ -160,6 +161,15 @@ def design_points(study: Study) -> TrainsSettings:
             "repeats": study.design_map.repeats,
             "passages": study.design_map.passages,
         }
+    )
+
+
+def order(study: Study) -> OrderSettings:
+    """Stability and ordering length of equally spaced trains."""
+    return OrderSettings(
+        closure=study.trains.closure,
+        confinement=study.confinement,
+        length=study.channel.length,
     )
 
 

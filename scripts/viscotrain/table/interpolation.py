@@ -36,6 +36,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 import xarray as xr
+import yaml
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
@@ -329,6 +330,20 @@ class VelocityTable:
     def smallest_distance(self) -> float:
         """The distance in d below which velocities follow lubrication."""
         return float(max(self.dataset["sp"][0], self.dataset["sf"][0]))
+
+    @property
+    def confinement(self) -> float:
+        """d/D of the simulations.
+
+        Raises:
+            TableError: The table does not say.
+        """
+        settings = yaml.safe_load(self.dataset.attrs.get("simulations_settings", "")) or {}
+        if "confinement" not in settings:
+            raise TableError(
+                "the table does not say of which d/D it is; allowed: a table that does"
+            )
+        return float(settings["confinement"])
 
     def at(self, deborah: float) -> TripletVelocities:
         """The interpolant at one of the table's Deborah numbers.

@@ -61,7 +61,7 @@ class Closure:
     """
 
     def __init__(self, velocities: Velocities):
-        self._triplets = velocities
+        self.triplets = velocities
         self.smallest_distance = velocities.smallest_distance
         self.slowest = velocities.slowest
         self.isolated = velocities.isolated
@@ -74,7 +74,7 @@ class Closure:
         """Each sphere as the middle one of its triplet; neighbours that miss are at infinity."""
         none = np.array([np.inf])
         sp, sf = np.concatenate([none, distance]), np.concatenate([distance, none])
-        return self._triplets.closure(sp, sf, MIDDLE)
+        return self.triplets.closure(sp, sf, MIDDLE)
 
 
 class Nearest(Closure):
@@ -89,7 +89,7 @@ class Nearest(Closure):
         sf = np.concatenate([s[1:2], s[1:], s[-1:]])
         particle = np.full(s.size + 1, MIDDLE)
         particle[0], particle[-1] = TRAILING, LEADING
-        return self._triplets.closure(sp, sf, particle)
+        return self.triplets.closure(sp, sf, particle)
 
 
 class EverySphere(Closure):

@@ -1,0 +1,40 @@
+r"""Order stage: velocity table -> stability and ordering length over De and spacing, and a figure.
+
+python scripts/order.py --configfile config/config.yaml OUTPUT TABLE UNITS \\
+    [--simulated DESIGN_MAP] [--figure FOLDER]
+"""
+
+from pathlib import Path
+from typing import Annotated
+
+from viscotrain.config import stages
+from viscotrain.drawing.order_figure import draw_order
+from viscotrain.jobs import datasets, drawings
+from viscotrain.jobs.entry import Job, Result, Table, Units, folder_of, made, run, taken
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import order
+
+Simulated = Annotated[Path | None, taken("design map of the study, to compare with", named=True)]
+Folder = Annotated[Path | None, made("folder to draw into", convert=folder_of, named=True)]
+
+
+def main(
+    job: Job,
+    result: Result,
+    table: Table,
+    units: Units,
+    simulated: Simulated = None,
+    figure: Folder = None,
+):
+    """Analyse trains of every spacing, write and draw what was found."""
+    own = job.settings
+    found = order.orders(VelocityTable.open(table), own.confinement, own.closure)
+    job.write(found, result, "order of trains")
+    print(order.summary(found, own.length))
+    if figure:
+        trains = datasets.read(simulated) if simulated else None
+        drawing = draw_order(found, own.length, datasets.read(units), trains)
+        drawings.save(drawing, figure / "order", job.attributes("data of the figure order"))
+
+
+run(main, settings=stages.order)
