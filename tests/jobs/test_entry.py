@@ -34,7 +34,7 @@ def of_workflow(tmp_path, **parts):
     given = {name: Named(values) for name, values in parts.items()}
     params = Named(params | given.pop("params", {}))
     log = [str(tmp_path / "job.log")]
-    return SimpleNamespace(**empty | given, params=params, log=log, config=TINY.model_dump())
+    return SimpleNamespace(**empty | given, params=params, log=log)
 
 
 SCRIPT = """

@@ -47,8 +47,7 @@ rule study_config:
     resources:
         **not_solving(),
     params:
-        **given("study_config"),
-        config=STUDY.resolved_yaml(),
+        **given("study_config", stages.study_config(STUDY)),
     message:
         "Writing the config with all defaults"
     script:

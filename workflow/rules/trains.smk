@@ -32,6 +32,7 @@ use rule trains as design_points with:
         ],
     log:
         f"{LOGS}/design_map/De{{deborah}}.log",
+    priority: 1  # the longest jobs: begun last, one of them would end alone
     params:
         **given("trains", stages.design_points(STUDY)),
         volume_fraction=MAP_FRACTIONS,

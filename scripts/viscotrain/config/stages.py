@@ -19,6 +19,7 @@ from viscotrain.config.settings import (
     MoviesSettings,
     RheologySettings,
     SchematicSettings,
+    StudyConfigSettings,
     TableSettings,
     TrainsSettings,
     TransientSettings,
@@ -29,6 +30,11 @@ from viscotrain.config.study import Study
 from viscotrain.fluid.parameters import DimensionlessFluid
 
 OF_THE_STUDY = ("schematic", "rheology")  # figures that show the config itself
+
+
+def study_config(study: Study) -> StudyConfigSettings:
+    """All of it, for the record that a run leaves."""
+    return StudyConfigSettings(config=study.model_dump())
 
 
 def fluid_fit(study: Study) -> FluidFitSettings:

@@ -35,9 +35,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 import xarray as xr
 
 from viscotrain.config.models import FluidConfig
-from viscotrain.config.reading import load_study, parse_study, read_yaml, with_fitted_fluid
-from viscotrain.config.settings import Settings
-from viscotrain.config.study import Study
+from viscotrain.config.reading import load_study, read_yaml, with_fitted_fluid
 from viscotrain.jobs import datasets, provenance
 from viscotrain.jobs.command import reporting
 from viscotrain.jobs.digests import digest
@@ -165,14 +163,12 @@ class Job:
         study: Name of the study; empty without a config.
         code: Digest of the script and all that it imports.
         by_hand: Whether it was called from a command line.
-        whole_study: Reads the config, for what is said about progress and never for a number.
     """
 
     settings: Any
     study: str
     code: str
     by_hand: bool
-    whole_study: Callable[[], Study]
 
     def attributes(self, title: str) -> dict[str, str]:
         """Global attributes of what it writes."""
@@ -195,7 +191,7 @@ class Job:
 
 def run(
     main: Callable,
-    settings: Callable[..., Settings] | None = None,
+    settings: Callable[..., Any] | None = None,
     config: bool = False,
     solves: bool = False,
 ):
@@ -238,7 +234,6 @@ def _as_job(work: Callable, arguments: Sequence[Argument], settings, snakemake):
         study=snakemake.params.study,
         code=snakemake.params.code,
         by_hand=False,
-        whole_study=lambda: with_fitted_fluid(parse_study(snakemake.config)),
     )
     work(job, {argument.name: argument.of_job(snakemake) for argument in arguments})
 
@@ -260,16 +255,10 @@ def _from_command_line(
         if "configfile" in values:
             study = with_fitted_fluid(load_study(values["configfile"]))
         known = values | {"study": study}
-
-        def whole_study() -> Study:
-            assert study is not None  # a script that reads it asks for a config
-            return study
-
         job = Job(
             settings=settings(**{name: known[name] for name in takes}) if settings else None,
             study=study.study if study else "",
             code=digest(script["__file__"]),
             by_hand=True,
-            whole_study=whole_study,
         )
         work(job, values)
