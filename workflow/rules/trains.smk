@@ -13,6 +13,8 @@ rule trains:
         f"{LOGS}/trains/De{{deborah}}_phi{{volume_fraction}}.log",
     conda:
         ENVIRONMENT
+    # The longest jobs first, and before them what films wait for.
+    priority: 2
     resources:
         **not_solving(minutes=60),
     params:
@@ -32,7 +34,7 @@ use rule trains as design_points with:
         ],
     log:
         f"{LOGS}/design_map/De{{deborah}}.log",
-    priority: 1  # the longest jobs: begun last, one of them would end alone
+    priority: 1
     params:
         **given("trains", stages.design_points(STUDY)),
         volume_fraction=MAP_FRACTIONS,
