@@ -36,7 +36,6 @@ include: "workflow/rules/verification.smk"
 
 onstart:
     from snakemake.logging import logger
-
     from viscotrain.jobs.watch import HolesWatch
 
     logger.addHandler(HolesWatch(STUDY, RESULTS))

@@ -21,7 +21,7 @@ rule summary:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("summary"),
     params:
         **given("summary"),
     message:
@@ -45,7 +45,7 @@ rule study_config:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("summary"),
     params:
         **given("study_config", stages.study_config(STUDY)),
     message:

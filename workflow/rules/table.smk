@@ -11,7 +11,7 @@ rule table:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("table"),
     params:
         **given("table", stages.table(STUDY)),
     message:
