@@ -21,6 +21,7 @@ that it names or declares itself.
 import argparse
 import contextlib
 import inspect
+import math
 import os
 import sys
 import typing
@@ -76,6 +77,13 @@ SF = Annotated[float, wildcard("distance of the leading to the middle sphere, in
 Deborah = Annotated[float, wildcard("Deborah number, as the study defines it")]
 Table = Annotated[Path, taken("velocity table")]
 Units = Annotated[Path, taken("physical units of the study, units.nc")]
+Gap = Annotated[float, wildcard("between surfaces, in d")]
+Simulated = Annotated[Sequence[Path], taken("files of dns.py or transient.py")]
+Trajectory = Annotated[Path, taken("file of transient.py")]
+Train = Annotated[Path, taken("file of trains.py")]
+Trains = Annotated[Sequence[Path], taken("files of trains.py")]
+MapPoints = Annotated[Sequence[Path], taken("files that trains.py --design-map wrote")]
+Film = Annotated[Path, taken("file of film.py")]
 Result = Annotated[Path, made("file to write")]
 Timing = Annotated[Path | None, made("CSV file for CPU times")]
 
@@ -84,6 +92,19 @@ def folder_of(path: str | Sequence[str]) -> Path:
     """Conversion of Snakemake's outputs to their folder, and of a folder to itself."""
     first = Path(path if isinstance(path, str) else path[0])
     return first.parent if first.suffix else first
+
+
+def positive(text: str) -> float:
+    """Conversion to a number above 0, or the message of the command line."""
+    value = float(text)
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"found {text}; allowed: number > 0")
+    return value
+
+
+def folder_for(key: str) -> Source:
+    """The folder of what a rule has under a key of its outputs."""
+    return made("folder to write to", key=key, convert=folder_of)
 
 
 @dataclass(frozen=True)
