@@ -35,6 +35,13 @@ include: "workflow/rules/interactive.smk"
 include: "workflow/rules/verification.smk"
 
 
+onstart:
+    from snakemake.logging import logger
+    from viscotrain.jobs.watch import HolesWatch
+
+    logger.addHandler(HolesWatch(STUDY, RESULTS))
+
+
 onsuccess:
     if os.path.exists(f"{RESULTS}/summary.txt"):
         print(open(f"{RESULTS}/summary.txt", encoding="utf-8").read())

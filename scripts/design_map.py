@@ -4,28 +4,19 @@ python scripts/design_map.py --configfile config/config.yaml OUTPUT UNITS POINT.
     [--figures FOLDER]
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.drawing import figures as drawn
 from viscotrain.jobs import datasets, drawings
-from viscotrain.jobs.entry import Job, Result, Units, folder_of, made, run, taken
+from viscotrain.jobs.entry import Job, MapPoints, Result, Units, folder_of, made, run
 from viscotrain.trains import design_map
 
-Figures = Annotated[
-    Path | None, made("folder to draw into", key="figure", convert=folder_of, named=True)
-]
+Figures = Annotated[Path | None, made("folder", key="figure", convert=folder_of, named=True)]
 
 
-def main(
-    job: Job,
-    result: Result,
-    units: Units,
-    points: Annotated[Sequence[Path], taken("files that trains.py --design-map wrote")],
-    figures: Figures = None,
-):
+def main(job: Job, result: Result, units: Units, points: MapPoints, figures: Figures = None):
     """Combine the trains of all conditions, write the map and draw it."""
     own = job.settings
     combined = design_map.combine(

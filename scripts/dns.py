@@ -8,8 +8,10 @@ from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.config.names import geometry_name
-from viscotrain.jobs import datasets, progress
+from viscotrain.jobs import datasets
+from viscotrain.jobs.command import announce
 from viscotrain.jobs.entry import SF, SP, Job, Result, Timing, made, run
+from viscotrain.jobs.progress import line
 from viscotrain.studies.dns import solve_geometry
 
 Fields = Annotated[Path | None, made("folder for VTU files of all points", named=True)]
@@ -20,7 +22,7 @@ def main(job: Job, sp: SP, sf: SF, result: Result, timing: Timing = None, fields
     solved, seconds = solve_geometry(job.settings, sp, sf, report=print, vtu_folder=fields)
     job.write(solved, result)
     datasets.write_csv(seconds, timing)
-    progress.announce_line(job.whole_study(), geometry_name(sp, sf), solved, result)
+    announce(line(geometry_name(sp, sf), solved))
 
 
 run(main, settings=stages.dns, solves=True)

@@ -8,8 +8,14 @@ from typing import Annotated
 
 import pandas as pd
 
+from viscotrain.config.study import Study
 from viscotrain.jobs.costs import MEASURED, estimate
 from viscotrain.jobs.entry import Job, option, run
+
+
+def whole(study: Study) -> Study:
+    """It is about all stages."""
+    return study
 
 
 def main(
@@ -18,8 +24,8 @@ def main(
     results: Annotated[Path, option("folder of all runs; results/ unless given")] = Path("results"),
 ):
     """Print the estimate."""
-    study = job.whole_study()
+    study = job.settings
     print(estimate(study, results / study.study, max(1, cores), pd.read_csv(MEASURED)))
 
 
-run(main, config=True)
+run(main, settings=whole)

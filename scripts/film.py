@@ -3,19 +3,14 @@
 python scripts/film.py --configfile config/config.yaml TABLE TRAINS OUTPUT
 """
 
-from pathlib import Path
-from typing import Annotated
-
 from viscotrain.config import stages
 from viscotrain.jobs import datasets
-from viscotrain.jobs.entry import Job, Result, Table, run, taken
+from viscotrain.jobs.entry import Job, Result, Table, Train, run
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import films
 
 
-def main(
-    job: Job, table: Table, trains: Annotated[Path, taken("file of trains.py")], result: Result
-):
+def main(job: Job, table: Table, trains: Train, result: Result):
     """Film the first repeat of a train."""
     train = datasets.read(trains)
     velocities = VelocityTable.open(table).at(float(train["deborah"]))

@@ -6,8 +6,6 @@ fit.nc (uncertainties, residuals) and the figure rheology into a folder:
 python scripts/fluid_fit.py oscillation.csv shear.csv --modes 2 FOLDER
 """
 
-import argparse
-import math
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is imported
@@ -19,16 +17,7 @@ from typing import Annotated
 from viscotrain.config.settings import FluidFitSettings
 from viscotrain.fluid import fit_report, fluid_fit, measurements
 from viscotrain.jobs import datasets, drawings
-from viscotrain.jobs.entry import Job, folder_of, made, option, run, taken
-
-
-def positive(text: str) -> float:
-    """A number above 0, or the message of the command line."""
-    value = float(text)
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"found {text}; allowed: number > 0")
-    return value
-
+from viscotrain.jobs.entry import Job, folder_for, option, positive, run, taken
 
 Modes = Annotated[int | None, option("number of modes; chosen unless given", choices=range(7))]
 Solvent = Annotated[float | None, option("in Pa s; fitted unless given", convert=positive)]
@@ -42,7 +31,7 @@ def settings(modes: Modes = None, solvent_viscosity: Solvent = None) -> FluidFit
 def main(
     job: Job,
     files: Annotated[Sequence[Path], taken("CSV files; columns: config/README.md")],
-    folder: Annotated[Path, made("where to write", key="fluid", convert=folder_of)],
+    folder: Annotated[Path, folder_for("fluid")],
 ):
     """Fit to the files; write the fluid and the details, and by hand draw them."""
     own = job.settings

@@ -3,22 +3,12 @@
 python scripts/interactive.py --configfile config/config.yaml TABLE UNITS OUTPUT TRAIN...
 """
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Annotated
-
 from viscotrain.drawing import interactive
 from viscotrain.jobs import datasets
-from viscotrain.jobs.entry import Job, Result, Table, Units, run, taken
+from viscotrain.jobs.entry import Job, Result, Table, Trains, Units, run
 
 
-def main(
-    job: Job,
-    table: Table,
-    units: Units,
-    page: Result,
-    trains: Annotated[Sequence[Path], taken("files of trains.py")] = (),
-):
+def main(job: Job, table: Table, units: Units, page: Result, trains: Trains = ()):
     """Write the page."""
     tracks = [datasets.read(path) for path in trains]
     text = interactive.page(datasets.read(table), datasets.read(units), tracks, job.study)

@@ -10,24 +10,19 @@ from viscotrain.config import stages
 from viscotrain.config.names import train_name
 from viscotrain.drawing import design_figures, encoding, movies
 from viscotrain.jobs import datasets, drawings
-from viscotrain.jobs.entry import Job, Units, folder_of, made, run, taken
+from viscotrain.jobs.entry import Film, Job, Units, folder_for, made, run
+
+Movies = Annotated[Path, made("folder to write movies to", key="movies")]
+Figures = Annotated[Path | None, folder_for("stations")]
 
 
-def main(
-    job: Job,
-    film: Annotated[Path, taken("file of film.py")],
-    units: Units,
-    folder: Annotated[Path, made("where to write movies", key="movies")],
-    figures: Annotated[
-        Path | None, made("where to draw all stations", key="stations", convert=folder_of)
-    ] = None,
-):
+def main(job: Job, film: Film, units: Units, folder: Movies, figures: Figures = None):
     """Make the movies, and draw what all cameras see at one moment."""
     seen, physical = datasets.read(film), datasets.read(units)
     if figures:
         name = f"stations_{train_name(float(seen['deborah']), float(seen['volume_fraction']))}"
-        drawing = design_figures.stations(seen, physical)
-        drawings.save(drawing, figures / name, job.attributes(f"data of the figure {name}"))
+        own = job.attributes(f"data of the figure {name}")
+        drawings.save(design_figures.stations(seen, physical), figures / name, own)
     if not encoding.ffmpeg():
         print("no ffmpeg found: movies are GIF, larger and coarser than MP4")
     for path in movies.make(seen, physical, folder, **dict(job.settings)):

@@ -3,16 +3,13 @@
 python scripts/start_up.py --configfile config/config.yaml TRAJECTORY OUTPUT
 """
 
-from pathlib import Path
-from typing import Annotated
-
 from viscotrain.config import stages
 from viscotrain.jobs import datasets
-from viscotrain.jobs.entry import Job, Result, run, taken
+from viscotrain.jobs.entry import Job, Result, Trajectory, run
 from viscotrain.studies.start_up import compare_start_up
 
 
-def main(job: Job, trajectory: Annotated[Path, taken("file of transient.py")], result: Result):
+def main(job: Job, trajectory: Trajectory, result: Result):
     """Solve for the quasi-steady velocities along the trajectory."""
     compared = compare_start_up(job.settings, datasets.read(trajectory), report=print)
     job.write(compared, result, "start-up and quasi-steady velocities")

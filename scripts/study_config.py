@@ -3,12 +3,13 @@
 python scripts/study_config.py --configfile config/config.yaml OUTPUT
 """
 
+from viscotrain.config import stages
 from viscotrain.jobs.entry import Job, Result, run
 
 
 def main(job: Job, result: Result):
-    """Write the config as it is now, which loads to the same study."""
-    result.write_text(job.whole_study().resolved_yaml(), encoding="utf-8")
+    """Write the config as it is now."""
+    result.write_text(job.settings.text(), encoding="utf-8")
 
 
-run(main, config=True)
+run(main, settings=stages.study_config)

@@ -11,10 +11,12 @@ from typing import Annotated
 from viscotrain.config import stages
 from viscotrain.config.settings import TrainsSettings
 from viscotrain.jobs.entry import Deborah, Job, Table, made, option, run
+from viscotrain.studies import train_runs
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import repeats
 
 Fractions = Annotated[Sequence[float], option("of the spheres, one per output", single=True)]
+Outputs = Annotated[Sequence[Path], made("files to write", single=True)]
 OfTheMap = Annotated[bool, option("with stations and repeats of the design map")]
 
 
@@ -23,22 +25,11 @@ def settings(study, design_map: OfTheMap = False) -> TrainsSettings:
     return stages.design_points(study) if design_map else stages.trains(study)
 
 
-def main(
-    job: Job,
-    deborah: Deborah,
-    volume_fraction: Fractions,
-    table: Table,
-    trains: Annotated[Sequence[Path], made("files to write", single=True)],
-):
+def main(job: Job, deborah: Deborah, volume_fraction: Fractions, table: Table, trains: Outputs):
     """Simulate all repeats and write them with their statistics."""
     velocities = VelocityTable.open(table)
     for phi, output in zip(volume_fraction, trains, strict=True):
-        result = repeats.run_repeats(
-            velocities.at(deborah),
-            volume_fraction=phi,
-            centreline_velocity=velocities.centreline_velocity(deborah),
-            **dict(job.settings),
-        ).assign(repeats.deborah_numbers(velocities, deborah))
+        result = train_runs.simulate(job.settings, velocities, deborah, phi)
         job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:g}")
         print(repeats.summary(result))
 

@@ -6,8 +6,10 @@ python scripts/transient.py --configfile config/config.yaml --sp 1.5 --sf 2.5 --
 
 from viscotrain.config import stages
 from viscotrain.config.names import point_name
-from viscotrain.jobs import datasets, progress
+from viscotrain.jobs import datasets
+from viscotrain.jobs.command import announce
 from viscotrain.jobs.entry import SF, SP, Deborah, Job, Result, Timing, run
+from viscotrain.jobs.progress import line
 from viscotrain.studies.transient import follow_triplet
 
 
@@ -19,7 +21,7 @@ def main(job: Job, sp: SP, sf: SF, deborah: Deborah, result: Result, timing: Tim
         )
         job.write(followed, result)
         datasets.write_csv(seconds, timing)
-    progress.announce_line(job.whole_study(), point_name(sp, sf, deborah), followed, result)
+    announce(line(point_name(sp, sf, deborah), followed))
 
 
 run(main, settings=stages.transient, solves=True)

@@ -12,7 +12,7 @@ from typing import Annotated
 
 from viscotrain.drawing import verification_figures as figures
 from viscotrain.jobs import drawings
-from viscotrain.jobs.entry import Job, folder_of, made, run, taken
+from viscotrain.jobs.entry import Job, folder_for, run, taken
 from viscotrain.studies.findings import Findings
 from viscotrain.table.interpolation import VelocityTable
 
@@ -20,7 +20,7 @@ from viscotrain.table.interpolation import VelocityTable
 def main(
     job: Job,
     table: Annotated[Path, taken("velocity table", named=True)],
-    folder: Annotated[Path, made("where to write", key="accuracy", convert=folder_of)],
+    folder: Annotated[Path, folder_for("accuracy")],
     start_up: Annotated[Sequence[Path], taken("of start_up.py", named=True)] = (),
     closure_train: Annotated[Sequence[Path], taken("of closure_train.py", named=True)] = (),
     closure_gap: Annotated[Sequence[Path], taken("of closure_gap.py", named=True)] = (),
@@ -29,12 +29,8 @@ def main(
     """Draw every figure that there is data for and write `accuracy.md`."""
     velocities = VelocityTable.open(table)
     found = Findings.read(velocities, start_up, closure_train, closure_gap, convergence)
-    for kind, rows in found.studies.items():
-        drawings.save(figures.convergence(rows, kind), folder / kind)
-    if found.start_ups:
-        drawings.save(figures.start_up(found.start_ups), folder / "start_up")
-    if found.trains:
-        drawings.save(figures.closure(found.trains, found.spacing), folder / "closure")
+    for name, drawing in figures.all_of(found):
+        drawings.save(drawing, folder / name)
     text = found.accuracy(velocities.dataset)
     (folder / "accuracy.md").write_text(text, encoding="utf-8")
     print(text)

@@ -4,6 +4,7 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is imported
 
+import functools
 import shutil
 from pathlib import Path
 
@@ -24,10 +25,11 @@ hypothesis.settings.load_profile("busy")
 
 
 def pytest_collection_modifyitems(items):
-    """Whatever runs Snakemake is slow."""
+    """What runs Snakemake is slow, and begun first: one process does it, another the rest."""
     for item in items:
-        if {"project", "finished_study"} & set(item.fixturenames):
+        if {"project", "planned", "finished_study"} & set(item.fixturenames):
             item.add_marker(pytest.mark.slow)
+    items.sort(key=lambda item: item.path.parent.name != "workflow")
 
 
 @pytest.fixture
@@ -51,6 +53,13 @@ def tiny_table(tmp_path_factory) -> Path:
 @pytest.fixture
 def project(tmp_path) -> Project:
     return Project.copy(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def planned(tmp_path_factory):
+    """Dry runs of shipped configs, each made once: the plan that Snakemake has for options."""
+    project = Project.copy(tmp_path_factory.mktemp("planned"))
+    return functools.cache(project.plan)
 
 
 @pytest.fixture(scope="session")

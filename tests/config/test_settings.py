@@ -40,6 +40,7 @@ TEXTS = {name: repr(make(DEMO).stated()) for name, make in DIMENSIONLESS.items()
 PHYSICAL = {
     "units": stages.units,
     "study_figures": lambda study: stages.figures(study, "rheology"),
+    "study_config": stages.study_config,
     "fluid_fit": stages.fluid_fit,
 }
 

@@ -1,13 +1,17 @@
 """What a job says about its simulation, and when holes are too many."""
 
+import logging
+
 import pytest
 import xarray as xr
 from harness import study
+from snakemake_interface_logger_plugins.common import LogEvent
 
 from viscotrain.config import stages
 from viscotrain.config.geometries import simulated_deborahs
 from viscotrain.jobs import progress, provenance
 from viscotrain.jobs.digests import digest
+from viscotrain.jobs.watch import HolesWatch
 from viscotrain.words import INACCURATE
 
 INF = float("inf")
@@ -32,28 +36,45 @@ def folder(tmp_path):
     return tmp_path
 
 
-def line(folder, name, data):
-    data.to_netcdf(folder / "dns" / f"{name}.nc")
-    return progress.line(STUDY, name, data, folder)
+@pytest.fixture
+def watch(folder):
+    return HolesWatch(STUDY, folder)
 
 
-def test_a_line_counts_what_was_solved(folder):
-    assert line(folder, "sp1.1_sf1.5", result(1.1, 1.5)) == (
-        "sp1.1_sf1.5: solved 2 of 2 De, up to 1"
+def finished(watch, capsys, name, data) -> str:
+    """What the workflow says when a simulation has finished."""
+    data.to_netcdf(watch._folder / "dns" / f"{name}.nc")
+    watch.handle(logging.makeLogRecord({"event": LogEvent.JOB_FINISHED, "job_id": 1}))
+    return capsys.readouterr().err
+
+
+def test_a_line_counts_what_was_solved():
+    assert progress.line("a", result(1.1, 1.5)) == "a: solved 2 of 2 De, up to 1"
+    assert progress.line("a", result(1.5, 1.1)) == "a: solved 1 of 1 De, up to 1"
+    pair = progress.line("a", result(1.1, INF, failed_from=1))
+    assert pair == "a: solved 1 of 2 De, up to 0; no convergence"
+    assert progress.line("a", result(1.1, 1.5, failed_from=0)) == (
+        "a: solved 0 of 2 De; no convergence"
     )
-    assert line(folder, "sp1.5_sf1.1", result(1.5, 1.1)) == (
-        "sp1.5_sf1.1: solved 1 of 1 De, up to 1"
-    )
 
 
-def test_the_warning_comes_with_the_hole_that_is_too_much(folder):
-    pair = line(folder, "sp1.1_sfinf", result(1.1, INF, failed_from=1))
-    assert pair == "sp1.1_sfinf: solved 1 of 2 De, up to 0; no convergence"  # two holes
-    triplet = line(folder, "sp1.1_sf1.5", result(1.1, 1.5, failed_from=0))
-    assert triplet.startswith("sp1.1_sf1.5: solved 0 of 2 De; no convergence\nwarning: ")
+def test_the_warning_comes_with_the_hole_that_is_too_much(watch, capsys):
+    pair = finished(watch, capsys, "sp1.1_sfinf", result(1.1, INF, failed_from=1))
+    assert pair == ""  # two holes
+    triplet = finished(watch, capsys, "sp1.1_sf1.5", result(1.1, 1.5, failed_from=0))
     # the mirror image at De = 0 too
-    assert "has 5 holes by now; allowed: 2 (table.max_holes)" in triplet
-    assert "warning" not in line(folder, "sp1.1_sf1.1", result(1.1, 1.1))
+    assert triplet == (
+        "warning: the table has 5 holes by now; allowed: 2 (table.max_holes). "
+        "The table step will refuse them\n"
+    )
+    assert finished(watch, capsys, "sp1.1_sf1.1", result(1.1, 1.1)) == ""
+
+
+def test_other_records_are_no_reason_to_count(watch, capsys):
+    result(1.1, 1.5, failed_from=0).to_netcdf(watch._folder / "dns" / "sp1.1_sf1.5.nc")
+    watch.handle(logging.makeLogRecord({"event": LogEvent.JOB_INFO}))
+    watch.handle(logging.makeLogRecord({"msg": "words"}))
+    assert capsys.readouterr().err == ""
 
 
 def test_points_that_are_not_accurate_are_solved_and_named(folder):
@@ -63,19 +84,21 @@ def test_points_that_are_not_accurate_are_solved_and_named(folder):
     )
     rough["status"][1] = INACCURATE
     rough["reason"][1] = "estimated error is too large"
-    assert line(folder, "sp1.1_sf1.5", rough) == (
+    rough.to_netcdf(folder / "dns" / "sp1.1_sf1.5.nc")
+    assert progress.line("sp1.1_sf1.5", rough) == (
         "sp1.1_sf1.5: solved 2 of 2 De, up to 1; not accurate: 1, "
         "largest estimated error 4.0e-05 Ubar at De 1"
     )
     assert progress.holes(STUDY, progress.outcomes(STUDY, folder)) == 0
 
 
-def test_without_the_single_sphere_every_pair_is_a_hole(folder):
-    assert "has 6 holes" in line(folder, "spinf_sfinf", result(INF, INF, failed_from=1))
+def test_without_the_single_sphere_every_pair_is_a_hole(watch, capsys):
+    text = finished(watch, capsys, "spinf_sfinf", result(INF, INF, failed_from=1))
+    assert "has 6 holes" in text
 
 
 def test_files_of_other_settings_do_not_count(folder):
-    line(folder, "sp1.1_sfinf", result(1.1, INF, failed_from=0))
+    result(1.1, INF, failed_from=0).to_netcdf(folder / "dns" / "sp1.1_sfinf.nc")
     dns = STUDY.dns.model_copy(update={"tolerance": 1e-8})
     assert progress.outcomes(STUDY.model_copy(update={"dns": dns}), folder) == {}
     assert len(progress.outcomes(STUDY, folder)) == 2

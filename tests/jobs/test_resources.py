@@ -1,6 +1,7 @@
 """What jobs ask a cluster for."""
 
 import pytest
+from harness import study
 
 from viscotrain.jobs import resources
 
@@ -25,3 +26,19 @@ def test_what_was_measured_has_room():
     """Of the slowest geometry up to De = 62 with its 90,000 unknowns: 2130 MB, a minute."""
     assert resources.megabytes(62) > 1.3 * 2130
     assert resources.minutes("dns", 62) > 10
+
+
+def test_longer_trains_ask_for_more():
+    """Twice as long a channel holds twice the spheres, each of which feels as many as before."""
+    demo = study("config")
+    longer = study("config", channel={"length": 2 * demo.channel.length})
+    seconds = [resources.train_seconds(each, 0.004, demo.trains) for each in (demo, longer)]
+    assert 2 < seconds[1] / seconds[0] < 4
+    assert seconds[0] > 17  # as measured in the demo
+    assert resources.minutes_for(seconds[1]) > resources.minutes_for(seconds[0], attempt=1)
+    assert resources.minutes_for(1.0) == resources.SHORTEST
+
+
+def test_what_does_not_solve_has_room():
+    assert resources.megabytes_for(300) > 300
+    assert resources.megabytes_for(300, attempt=3) == 4 * resources.megabytes_for(300)

@@ -159,9 +159,21 @@ def solving(stage):
     }
 
 
-def not_solving(minutes=10):
+def not_solving(stage):
     """Resources of what does not."""
+    seconds, resident = resources.OTHERS[stage]
     return {
-        "mem_mb": lambda wildcards, attempt: resources.OTHER_MB * 2 ** (attempt - 1),
-        "runtime": lambda wildcards, attempt: minutes * 2 ** (attempt - 1),
+        "mem_mb": lambda wildcards, attempt: resources.megabytes_for(resident, attempt),
+        "runtime": lambda wildcards, attempt: resources.minutes_for(seconds, attempt),
     }
+
+
+def simulating_trains(runs, fractions=()):
+    """Resources of all repeats of a section of the config at some volume fractions."""
+
+    def runtime(wildcards, attempt):
+        wanted = fractions or [float(wildcards.volume_fraction)]
+        seconds = sum(resources.train_seconds(STUDY, phi, runs) for phi in wanted)
+        return resources.minutes_for(seconds, attempt)
+
+    return not_solving("trains") | {"runtime": runtime}

@@ -27,7 +27,7 @@ rule design_map:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("design_map"),
     params:
         **given("design_map", stages.design_map(STUDY)),
     message:

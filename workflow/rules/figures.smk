@@ -29,7 +29,7 @@ rule study_figures:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("figures"),
     params:
         **given("figures", stages.figures(STUDY, "schematic")),
     message:

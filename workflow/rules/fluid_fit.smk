@@ -13,7 +13,7 @@ if MEASURED:
         conda:
             ENVIRONMENT
         resources:
-            **not_solving(),
+            **not_solving("fluid_fit"),
         params:
             **given("fluid_fit", stages.fluid_fit(STUDY)),
         message:

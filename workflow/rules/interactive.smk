@@ -13,7 +13,7 @@ rule interactive:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("interactive"),
     params:
         **given("interactive"),
     message:

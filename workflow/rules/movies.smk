@@ -12,7 +12,7 @@ rule film:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(minutes=60),
+        **not_solving("film"),
     params:
         **given("film", stages.film(STUDY)),
     message:
@@ -57,7 +57,7 @@ rule movies:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(minutes=60),
+        **not_solving("movies"),
     params:
         **given("movies", stages.movies(STUDY)),
     message:

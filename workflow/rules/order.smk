@@ -20,7 +20,7 @@ rule order:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("order"),
     params:
         **given("order", stages.order(STUDY)),
     message:

@@ -21,7 +21,7 @@ rule summary:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("summary"),
     params:
         **given("summary"),
     message:
@@ -45,10 +45,9 @@ rule study_config:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("summary"),
     params:
-        **given("study_config"),
-        config=STUDY.resolved_yaml(),
+        **given("study_config", stages.study_config(STUDY)),
     message:
         "Writing the config with all defaults"
     script:

@@ -14,7 +14,7 @@ if GIVEN_TABLE:
         conda:
             ENVIRONMENT
         resources:
-            **not_solving(),
+            **not_solving("table"),
         params:
             **given("given_table", stages.given_table(STUDY)),
         message:
@@ -34,7 +34,7 @@ else:
         conda:
             ENVIRONMENT
         resources:
-            **not_solving(),
+            **not_solving("table"),
         params:
             **given("table", stages.table(STUDY)),
         message:

@@ -11,10 +11,12 @@ rule trains:
         trains=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
     log:
         f"{LOGS}/trains/De{{deborah}}_phi{{volume_fraction}}.log",
+    # The longest jobs first, and before them what films wait for.
+    priority: 2
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(minutes=60),
+        **simulating_trains(STUDY.trains),
     params:
         **given("trains", stages.trains(STUDY)),
         volume_fraction=lambda wildcards: [float(wildcards.volume_fraction)],
@@ -32,6 +34,9 @@ use rule trains as design_points with:
         ],
     log:
         f"{LOGS}/design_map/De{{deborah}}.log",
+    priority: 1
+    resources:
+        **simulating_trains(STUDY.design_map, MAP_FRACTIONS),
     params:
         **given("trains", stages.design_points(STUDY)),
         volume_fraction=MAP_FRACTIONS,

@@ -11,7 +11,7 @@ rule units:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("units"),
     params:
         **given("units", stages.units(STUDY)),
     message:

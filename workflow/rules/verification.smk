@@ -123,7 +123,7 @@ rule verification_report:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving(),
+        **not_solving("figures"),
     params:
         **given("verification_report"),
     message:

@@ -11,12 +11,13 @@ job computes with all digits; but d/D of a device that is scaled up, 30 um/150 u
 """
 
 import math
+from dataclasses import asdict
 from typing import Any, Self
 
 import yaml
 from pydantic import BaseModel, ConfigDict
 
-from viscotrain.config.models import Resolution, TransientConfig
+from viscotrain.config.models import FluidConfig, Resolution, TransientConfig
 from viscotrain.errors import FluidError
 from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
 
@@ -34,9 +35,12 @@ class Stated(dict):
 
     def text(self) -> str:
         """The same as YAML, as datasets hold it."""
-        return yaml.safe_dump(
-            _rounded(dict(self)), sort_keys=False, default_flow_style=None, width=99
-        )
+        return _as_yaml(_rounded(dict(self)))
+
+
+def _as_yaml(data: Any) -> str:
+    """Plain data as YAML text, in the given order."""
+    return yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=99)
 
 
 def _rounded(value: Any) -> Any:
@@ -61,6 +65,21 @@ class Settings(BaseModel):
     def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid in its place, for settings that have one."""
         return self
+
+
+class StudyConfigSettings(Settings):
+    """The whole config with every default, to be written down."""
+
+    config: dict[str, Any]
+
+    def text(self) -> str:
+        """As YAML, which loads to the same study."""
+        return _as_yaml(self.config)
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid as a config writes it."""
+        written = FluidConfig.model_validate(asdict(fluid)).model_dump()
+        return self.model_copy(update={"config": self.config | {"fluid": written}})
 
 
 class FluidFitSettings(Settings):

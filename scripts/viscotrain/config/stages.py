@@ -22,6 +22,7 @@ from viscotrain.config.settings import (
     OrderSettings,
     RheologySettings,
     SchematicSettings,
+    StudyConfigSettings,
     TableSettings,
     TrainsSettings,
     TransientSettings,
@@ -33,6 +34,11 @@ from viscotrain.fluid.parameters import DimensionlessFluid
 
 DRAWN = (1.2, 1.6, 2.5, math.inf)  # distances in d, of a study that has none
 OF_THE_STUDY = ("schematic", "rheology")  # figures that show the config itself
+
+
+def study_config(study: Study) -> StudyConfigSettings:
+    """All of it, for the record that a run leaves."""
+    return StudyConfigSettings(config=study.model_dump())
 
 
 def fluid_fit(study: Study) -> FluidFitSettings:

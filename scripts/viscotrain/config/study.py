@@ -4,7 +4,6 @@ import itertools
 from collections.abc import Sequence
 from typing import Self
 
-import yaml
 from pydantic import model_validator
 
 from viscotrain.config.keys import Section, key
@@ -145,7 +144,3 @@ class Study(Section):
             sf=self.table.sf[0],
             deborah=moderate[-1] if moderate else self.deborah.values[0],
         )
-
-    def resolved_yaml(self) -> str:
-        """The config with every default written out, as YAML text that loads to the same study."""
-        return yaml.safe_dump(self.model_dump(), sort_keys=False, default_flow_style=None, width=99)

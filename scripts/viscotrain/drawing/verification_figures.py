@@ -1,6 +1,6 @@
 """Figures of the verification, and the statement of accuracy that follows from its numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import matplotlib
@@ -20,6 +20,7 @@ from viscotrain.studies.accuracy import (
     remaining_differences,
     with_errors,
 )
+from viscotrain.studies.findings import Findings
 from viscotrain.words import PAIRS
 
 COLUMNS = 3
@@ -35,6 +36,16 @@ LABELS = {
     "box": ("distance to the periodic ends [$D$]", "factor per $D$"),
     "time_step": (r"time step [$\lambda_1$]", "order"),
 }
+
+
+def all_of(found: Findings) -> Iterator[tuple[str, Drawing]]:
+    """Every figure that there is data for, with its name."""
+    for kind, rows in found.studies.items():
+        yield kind, convergence(rows, kind)
+    if found.start_ups:
+        yield "start_up", start_up(found.start_ups)
+    if found.trains:
+        yield "closure", closure(found.trains, found.spacing)
 
 
 def _colours(count: int):

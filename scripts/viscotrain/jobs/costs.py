@@ -20,24 +20,21 @@ import pandas as pd
 from viscotrain.config import stages
 from viscotrain.config.geometries import simulated, wanted
 from viscotrain.config.names import train_name
-from viscotrain.config.outputs import DesignMapConfig, TrainsConfig
 from viscotrain.config.study import Study
 from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.refinement import unknowns_per_element
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.progress import Point, made_with, outcomes
+from viscotrain.jobs.resources import train_seconds
 from viscotrain.table.triplets import Triplet
 from viscotrain.words import has_solution
 
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
-START_UP = 2.0  # CPU seconds of a job that imports everything
-FIGURE = 1.5  # CPU seconds of a figure
-FRAME = 0.008  # CPU seconds of a movie's frame, encoding included
+START_UP = 1.0  # CPU seconds of a job that imports everything
+FIGURE = 1.1  # CPU seconds of a figure
+FRAME = 0.0055  # CPU seconds of a movie's frame, encoding included
 TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
-# CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
-# N from 300 to 1500.
-TRAIN = {"a": 5.5e-4, "b": 7.5e-7}
 BUSY_CORE = 0.9  # what a further core adds: memory is shared, and the last jobs leave cores idle
 
 
@@ -178,15 +175,6 @@ def flow_seconds(
             mean = finished.cpu_seconds[finished.spheres == known].mean()
             total += mean * count / known
     return total
-
-
-def train_seconds(
-    study: Study, volume_fraction: float, runs: TrainsConfig | DesignMapConfig
-) -> float:
-    """CPU seconds of all repeats of one train of a section of the config."""
-    inside = study.channel.length / (study.mean_spacing(volume_fraction) * study.confinement)
-    injected = inside + runs.passages
-    return runs.repeats * injected * (TRAIN["a"] + TRAIN["b"] * inside)
 
 
 # --------------------------------------------------------------------------------------- report

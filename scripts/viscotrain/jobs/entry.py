@@ -21,6 +21,7 @@ that it names or declares itself.
 import argparse
 import contextlib
 import inspect
+import math
 import os
 import sys
 import typing
@@ -35,9 +36,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 import xarray as xr
 
 from viscotrain.config.models import FluidConfig
-from viscotrain.config.reading import load_study, parse_study, read_yaml, with_fitted_fluid
-from viscotrain.config.settings import Settings
-from viscotrain.config.study import Study
+from viscotrain.config.reading import load_study, read_yaml, with_fitted_fluid
 from viscotrain.jobs import datasets, provenance
 from viscotrain.jobs.command import reporting
 from viscotrain.jobs.digests import digest
@@ -78,6 +77,13 @@ SF = Annotated[float, wildcard("distance of the leading to the middle sphere, in
 Deborah = Annotated[float, wildcard("Deborah number, as the study defines it")]
 Table = Annotated[Path, taken("velocity table")]
 Units = Annotated[Path, taken("physical units of the study, units.nc")]
+Gap = Annotated[float, wildcard("between surfaces, in d")]
+Simulated = Annotated[Sequence[Path], taken("files of dns.py or transient.py")]
+Trajectory = Annotated[Path, taken("file of transient.py")]
+Train = Annotated[Path, taken("file of trains.py")]
+Trains = Annotated[Sequence[Path], taken("files of trains.py")]
+MapPoints = Annotated[Sequence[Path], taken("files that trains.py --design-map wrote")]
+Film = Annotated[Path, taken("file of film.py")]
 Result = Annotated[Path, made("file to write")]
 Timing = Annotated[Path | None, made("CSV file for CPU times")]
 
@@ -86,6 +92,19 @@ def folder_of(path: str | Sequence[str]) -> Path:
     """Conversion of Snakemake's outputs to their folder, and of a folder to itself."""
     first = Path(path if isinstance(path, str) else path[0])
     return first.parent if first.suffix else first
+
+
+def positive(text: str) -> float:
+    """Conversion to a number above 0, or the message of the command line."""
+    value = float(text)
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"found {text}; allowed: number > 0")
+    return value
+
+
+def folder_for(key: str) -> Source:
+    """The folder of what a rule has under a key of its outputs."""
+    return made("folder to write to", key=key, convert=folder_of)
 
 
 @dataclass(frozen=True)
@@ -165,14 +184,12 @@ class Job:
         study: Name of the study; empty without a config.
         code: Digest of the script and all that it imports.
         by_hand: Whether it was called from a command line.
-        whole_study: Reads the config, for what is said about progress and never for a number.
     """
 
     settings: Any
     study: str
     code: str
     by_hand: bool
-    whole_study: Callable[[], Study]
 
     def attributes(self, title: str) -> dict[str, str]:
         """Global attributes of what it writes."""
@@ -195,7 +212,7 @@ class Job:
 
 def run(
     main: Callable,
-    settings: Callable[..., Settings] | None = None,
+    settings: Callable[..., Any] | None = None,
     config: bool = False,
     solves: bool = False,
 ):
@@ -238,7 +255,6 @@ def _as_job(work: Callable, arguments: Sequence[Argument], settings, snakemake):
         study=snakemake.params.study,
         code=snakemake.params.code,
         by_hand=False,
-        whole_study=lambda: with_fitted_fluid(parse_study(snakemake.config)),
     )
     work(job, {argument.name: argument.of_job(snakemake) for argument in arguments})
 
@@ -260,16 +276,10 @@ def _from_command_line(
         if "configfile" in values:
             study = with_fitted_fluid(load_study(values["configfile"]))
         known = values | {"study": study}
-
-        def whole_study() -> Study:
-            assert study is not None  # a script that reads it asks for a config
-            return study
-
         job = Job(
             settings=settings(**{name: known[name] for name in takes}) if settings else None,
             study=study.study if study else "",
             code=digest(script["__file__"]),
             by_hand=True,
-            whole_study=whole_study,
         )
         work(job, values)

@@ -1,4 +1,4 @@
-"""How far a study's simulations are: which points are there, and whether holes are too many yet.
+"""How far a study's simulations are: which points are there, how many holes, each in a line.
 
 A file counts if it was made with the present settings and code.
 """
@@ -14,7 +14,6 @@ from viscotrain.config.geometries import simulated, wanted
 from viscotrain.config.names import geometry_name, point_name
 from viscotrain.config.settings import Settings
 from viscotrain.config.study import Study
-from viscotrain.jobs.command import announce
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.provenance import was_made_with
 from viscotrain.table.points import point_error
@@ -35,28 +34,48 @@ def made_with(path: Path, settings: Settings, code: str) -> bool:
         return False
 
 
-def outcomes(study: Study, folder: Path) -> dict[Point, int]:
-    """Status of every point that is simulated already.
+class Simulations:
+    """Files of a study's simulations, each read once, and again when it has changed.
 
     Args:
         study: The config.
         folder: Of its results.
     """
-    code = digest("transient" if study.dns.method == "transient" else "dns")
-    found: dict[Point, int] = {}
-    for path, points in _files(study, folder).items():
+
+    def __init__(self, study: Study, folder: Path):
+        self._study, self._files = study, _files(study, folder)
+        self._code = digest("transient" if study.dns.method == "transient" else "dns")
+        self._known: dict[Path, tuple[int, dict[Point, int]]] = {}
+
+    def outcomes(self) -> dict[Point, int]:
+        """Status of every point that is simulated already."""
+        found: dict[Point, int] = {}
+        for path, points in self._files.items():
+            time = path.stat().st_mtime_ns if path.exists() else 0
+            if self._known.get(path, (0, {}))[0] != time:
+                self._known[path] = time, self._read(path, points)
+            if time:
+                found |= self._known[path][1]
+        return found
+
+    def _read(self, path: Path, points: list[Point]) -> dict[Point, int]:
+        """Status of the points of a file; none if it is of other settings, points or code."""
         sp, sf, De = points[0]
-        quasi_steady = study.dns.method == "quasi_steady"
-        settings = stages.dns(study, sp, sf) if quasi_steady else stages.transient(study, De)
-        if not made_with(path, settings, code):
-            continue
+        quasi_steady = self._study.dns.method == "quasi_steady"
+        of_stage = stages.dns(self._study, sp, sf) if quasi_steady else None
+        if not made_with(path, of_stage or stages.transient(self._study, De), self._code):
+            return {}
         with xr.open_dataset(path) as result:
-            status = dict(
-                zip(result["deborah"].values.flat, result["status"].values.flat, strict=True)
-            )
-        if set(status) == {De for *_, De in points}:
-            found |= {point: int(status[point[2]]) for point in points}
-    return found
+            own = zip(result["deborah"].values.flat, result["status"].values.flat, strict=True)
+            status = dict(own)
+        if set(status) != {De for *_, De in points}:
+            return {}
+        return {point: int(status[point[2]]) for point in points}
+
+
+def outcomes(study: Study, folder: Path) -> dict[Point, int]:
+    """Status of every point that is simulated already, in a folder of results."""
+    return Simulations(study, folder).outcomes()
 
 
 def _files(study: Study, folder: Path) -> dict[Path, list[Point]]:
@@ -91,14 +110,12 @@ def holes(study: Study, found: dict[Point, int]) -> int:
     return missing
 
 
-def line(study: Study, name: str, result: xr.Dataset, folder: Path) -> str:
-    """One line about a finished simulation, with a warning if the table has too many holes now.
+def line(name: str, result: xr.Dataset) -> str:
+    """One line about a finished simulation.
 
     Args:
-        study: The config.
         name: Of the simulation.
         result: With the status at each De or at the only one.
-        folder: Of the study's results.
     """
     status, deborahs = result["status"].values.ravel(), result["deborah"].values.ravel()
     solved = deborahs[has_solution(status)]
@@ -106,23 +123,9 @@ def line(study: Study, name: str, result: xr.Dataset, folder: Path) -> str:
     if solved.size:
         text += f", up to {solved.max():g}"
     text += _inaccurate(result, deborahs[status == INACCURATE])
-    if solved.size == deborahs.size:
-        return text
     reasons = result["reason"].values.ravel()[~has_solution(status)]
     reason = next(filter(None, map(str, reasons)), "")
-    text += f"; {reason}" if reason else ""
-    missing, allowed = holes(study, outcomes(study, folder)), study.table.max_holes
-    if missing > allowed:
-        text += (
-            f"\nwarning: the table has {missing} holes by now; allowed: {allowed} "
-            "(table.max_holes). The table step will refuse them"
-        )
-    return text
-
-
-def announce_line(study: Study, name: str, result: xr.Dataset, path: Path):
-    """Print the line about a simulation that was written to `results/<study>/<stage>/...`."""
-    announce(line(study, name, result, path.parent.parent))
+    return f"{text}; {reason}" if reason else text
 
 
 def _inaccurate(result: xr.Dataset, deborahs: np.ndarray) -> str:

@@ -1,9 +1,10 @@
 """Run time and memory that jobs ask a cluster for, by stage and Deborah number, as measured.
 
 CPU seconds of flows are those of `measured_costs.csv`: of the slowest geometry there, all Deborah
-numbers on the way included. Other fluids, orders and machines cost more, hence `MARGIN`; a job that
-ends for lack of either is tried again with twice as much, where Snakemake is told to (`--retries`).
-This module imports neither numpy nor pandas: the workflow reads it for every job.
+numbers on the way included. What does not solve was measured in the demo, trains for longer ones
+too. Other fluids, orders and machines cost more, hence `MARGIN`; a job that ends for lack of either
+is tried again with twice as much, where Snakemake is told to (`--retries`). This module imports
+neither numpy nor pandas: the workflow reads it for every job.
 """
 
 import csv
@@ -11,16 +12,35 @@ import math
 from functools import cache
 from pathlib import Path
 
+from viscotrain.config.outputs import DesignMapConfig, TrainsConfig
+from viscotrain.config.study import Study
+
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 MARGIN = 20.0
-SHORTEST = 5  # minutes
+SHORTEST, SMALLEST = 5, 500  # minutes and MB: what is loaded differs between machines
 # How much more than a geometry at held distances: start-ups of all its De, a short train of six
 # spheres for 100 D/Ubar, all settings of a study of convergence.
 TIMES = {"dns": 1.0, "transient": 15.0, "closure_train": 60.0, "convergence": 30.0}
 # Resident memory of a process that solves, two modes: 460 MB with 14,000 unknowns, 570 with 25,000,
 # 2130 with 90,000; half as much again is asked for.
 BASE_MB, PER_UNKNOWN_KB, MORE = 150, 24, 1.5
-OTHER_MB = 1500  # of one that does not
+# CPU seconds and resident MB of jobs that do not solve, with all that they start.
+OTHERS = {
+    "units": (0.6, 140),
+    "table": (1.3, 160),
+    "trains": (17.0, 300),
+    "film": (1.7, 260),
+    "movies": (7.9, 420),
+    "design_map": (2.9, 280),
+    "order": (7.0, 300),
+    "figures": (6.4, 310),
+    "interactive": (1.3, 210),
+    "summary": (0.9, 220),
+    "fluid_fit": (4.0, 220),
+}
+# CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
+# N from 300 to 3000.
+TRAIN = {"a": 1.0e-4, "b": 1.1e-6}
 
 
 @cache
@@ -53,10 +73,28 @@ def minutes(stage: str, deborah: float, attempt: int = 1) -> int:
         deborah: The largest one that is solved.
         attempt: How many times it was tried, this time included.
     """
-    seconds = MARGIN * TIMES[stage] * _at(deborah)[0]
-    return math.ceil(max(SHORTEST, seconds / 60)) * 2 ** (attempt - 1)
+    return minutes_for(TIMES[stage] * _at(deborah)[0], attempt)
+
+
+def minutes_for(seconds: float, attempt: int = 1) -> int:
+    """Run time to ask for, of a job that took so many CPU seconds where it was measured."""
+    return math.ceil(max(SHORTEST, MARGIN * seconds / 60)) * 2 ** (attempt - 1)
 
 
 def megabytes(deborah: float, attempt: int = 1) -> int:
     """Memory to ask for where a flow is solved."""
-    return round(MORE * (BASE_MB + PER_UNKNOWN_KB * _at(deborah)[1] / 1e3)) * 2 ** (attempt - 1)
+    return megabytes_for(BASE_MB + PER_UNKNOWN_KB * _at(deborah)[1] / 1e3, attempt)
+
+
+def megabytes_for(resident: float, attempt: int = 1) -> int:
+    """Memory to ask for, of a job that had so much where it was measured."""
+    return round(max(SMALLEST, MORE * resident)) * 2 ** (attempt - 1)
+
+
+def train_seconds(
+    study: Study, volume_fraction: float, runs: TrainsConfig | DesignMapConfig
+) -> float:
+    """CPU seconds of all repeats of one train of a section of the config."""
+    inside = study.channel.length / (study.mean_spacing(volume_fraction) * study.confinement)
+    injected = inside + runs.passages
+    return runs.repeats * injected * (TRAIN["a"] + TRAIN["b"] * inside)

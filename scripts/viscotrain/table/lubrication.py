@@ -7,9 +7,9 @@ relative velocity goes to zero with the gap, and they never overlap.
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgtsv
 
 ROUND_OFF = 1e-9  # distances this much below contact are contact
 # In d. Three spheres at De = 0, with gaps of 0.01 and 0.02 d, have 0.075, 0.068, 0.054 and 0.036 at
@@ -53,25 +53,38 @@ def lubricate(velocity: NDArray, gap: NDArray, smallest_gap: float) -> ChainMoti
         gap: s - 1 of neighbours in d, shape (..., N - 1). Below contact counts as contact.
         smallest_gap: s_min - 1, above 0, where lubrication begins.
     """
-    relative = velocity[..., 1:] - velocity[..., :-1]
     if not (gap < smallest_gap).any():
-        return ChainMotion(velocity, relative)
-    width, driving = _flat(np.maximum(gap, 0.0), np.inf), _flat(relative, 0.0)
-    m = np.minimum(width / smallest_gap, 1.0)
-    coupling = np.full(width.size - 1, -0.5)
-    diagonal = 1 + width / RESISTING_GAP
-    *_, force, failed = dgtsv(coupling, diagonal, coupling, (1 - m) * driving)
-    assert not failed  # diagonally dominant
-    half = force.reshape(velocity.shape) / 2
-    result = velocity + half
-    result[..., 1:] -= half[..., :-1]
-    moved = _flat(result[..., 1:] - result[..., :-1], 0.0)
-    near = (m < 1).nonzero()[0]
-    moved[near] = force[near] * width[near] / RESISTING_GAP + m[near] * driving[near]
-    return ChainMotion(result, moved.reshape(velocity.shape)[..., :-1])
+        return ChainMotion(velocity, velocity[..., 1:] - velocity[..., :-1])
+    count = velocity.shape[-1]
+    chains, gaps = velocity.reshape(-1, count), gap.reshape(-1, count - 1)
+    moved = _resisted(chains, gaps, smallest_gap)
+    return ChainMotion(moved[0].reshape(velocity.shape), moved[1].reshape(gap.shape))
 
 
-def _flat(of_gaps: NDArray, last: float) -> NDArray:
-    """Numbers of all gaps in a row, with one after each chain: an infinite gap without force."""
-    column = np.full((*of_gaps.shape[:-1], 1), last)
-    return np.concatenate([of_gaps, column], axis=-1).ravel()
+@numba.njit(cache=True, error_model="numpy")
+def _resisted(free, gap, smallest_gap):
+    """Velocities and relative velocities of chains, shape (chains, N); see `lubricate`."""
+    velocity, relative = free.copy(), np.empty_like(gap)
+    force, pivot = np.empty(gap.shape[1]), np.empty(gap.shape[1])
+    for V0, V, width, moved in zip(free, velocity, gap, relative):  # noqa: B905
+        for j in range(width.size):  # forward elimination
+            m = min(max(width[j], 0.0) / smallest_gap, 1.0)
+            pivot[j] = 1 + max(width[j], 0.0) / RESISTING_GAP
+            force[j] = (1 - m) * (V0[j + 1] - V0[j])
+            if j > 0:
+                factor = 0.5 / pivot[j - 1]
+                pivot[j] -= factor * 0.5
+                force[j] += factor * force[j - 1]
+        ahead = 0.0
+        for j in range(width.size - 1, -1, -1):  # back substitution
+            force[j] = ahead = (force[j] + 0.5 * ahead) / pivot[j]
+            V[j] += force[j] / 2
+        for j in range(width.size):
+            V[j + 1] -= force[j] / 2
+        for j in range(width.size):
+            moved[j] = V[j + 1] - V[j]
+            w = max(width[j], 0.0)
+            if w < smallest_gap:  # exact where V[j + 1] and V[j] differ by less than rounding
+                m = w / smallest_gap
+                moved[j] = force[j] * w / RESISTING_GAP + m * (V0[j + 1] - V0[j])
+    return velocity, relative
