@@ -13,8 +13,11 @@ from viscotrain.config.settings import TrainsSettings
 from viscotrain.jobs.entry import Deborah, Job, Table, made, option, run
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import repeats
+from viscotrain.trains.model_error import interpolation_error
 
-Fractions = Annotated[Sequence[float], option("of the spheres, one per output", single=True)]
+Fractions = Annotated[
+    Sequence[float], option("as the study gives them, one per output", single=True)
+]
 OfTheMap = Annotated[bool, option("with stations and repeats of the design map")]
 
 
@@ -32,14 +35,17 @@ def main(
 ):
     """Simulate all repeats and write them with their statistics."""
     velocities = VelocityTable.open(table)
-    for phi, output in zip(volume_fraction, trains, strict=True):
+    triplets, error = velocities.at(deborah), interpolation_error(velocities, deborah)
+    for fraction, output in zip(volume_fraction, trains, strict=True):
         result = repeats.run_repeats(
-            velocities.at(deborah),
-            volume_fraction=phi,
+            triplets,
+            volume_fraction=fraction,
             centreline_velocity=velocities.centreline_velocity(deborah),
+            interpolation_error=error,
             **dict(job.settings),
         ).assign(repeats.deborah_numbers(velocities, deborah))
-        job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:g}")
+        phi = float(result["volume_fraction"])
+        job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:.3g}")
         print(repeats.summary(result))
 
 

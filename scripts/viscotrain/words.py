@@ -12,6 +12,7 @@ SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE = range(4)  # status of a simul
 
 CONTACT = 1.0  # distance of touching spheres, in d
 NEGLIGIBLE = 1e-6  # relative velocities below this are the simulation's error, in Ubar
+FASTEST = 2.0  # Ubar, on the axis of a Newtonian fluid: no sphere and no thinning fluid is faster
 FEWEST_TRAIN_SPHERES = 3  # that a train starts with, so a channel must hold them
 
 DEBORAH_NUMBERS = {  # variables of datasets

@@ -27,7 +27,8 @@ from viscotrain.flow.refinement import unknowns_per_element
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.progress import Point, made_with, outcomes
 from viscotrain.table.triplets import Triplet
-from viscotrain.words import has_solution
+from viscotrain.trains.model_error import repeats_of
+from viscotrain.words import FASTEST, has_solution
 
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
@@ -78,11 +79,12 @@ class Work:
 def work_of(study: Study, results: Path) -> Work:
     """Count results that are there and were made with the present settings and code."""
     flows, there = simulated(study), outcomes(study, results)
-    trains = tuple(itertools.product(study.trains.deborah, study.trains.volume_fraction))
+    trains = tuple(itertools.product(study.trains.deborah, study.trains.fractions))
     settings, code = stages.trains(study), digest("trains")
 
-    def train_done(train) -> bool:
-        return made_with(results / "trains" / f"{train_name(*train)}.nc", settings, code)
+    def train_done(train: tuple[float, float]) -> bool:
+        name = train_name(*train, study.trains.feed)
+        return made_with(results / "trains" / f"{name}.nc", settings, code)
 
     work = Work(flows, there, trains, tuple(t for t in trains if not train_done(t)))
     # A table that changes repeats every train.
@@ -181,12 +183,16 @@ def flow_seconds(
 
 
 def train_seconds(
-    study: Study, volume_fraction: float, runs: TrainsConfig | DesignMapConfig
+    study: Study, volume_fraction: float, runs: TrainsConfig | DesignMapConfig, feed: bool
 ) -> float:
-    """CPU seconds of all repeats of one train of a section of the config."""
-    inside = study.channel.length / (study.mean_spacing(volume_fraction) * study.confinement)
-    injected = inside + runs.passages
-    return runs.repeats * injected * (TRAIN["a"] + TRAIN["b"] * inside)
+    """CPU seconds of all repeats of one train of a section of the config, and of its model error.
+
+    Of a volume fraction in the feed as if spheres were as fast as they can be.
+    """
+    spacing = study.mean_spacing(volume_fraction / (FASTEST if feed else 1.0))
+    inside = study.channel.length / (spacing * study.confinement)
+    injected, again = inside + runs.passages, 2 * repeats_of(runs.repeats)
+    return (runs.repeats + again) * injected * (TRAIN["a"] + TRAIN["b"] * inside)
 
 
 # --------------------------------------------------------------------------------------- report
@@ -220,9 +226,14 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
         for geometry, deborahs in work.flows_left.items()
     ]
     mean = float(np.mean(each)) if each else 0.0
-    trains = [train_seconds(study, phi, study.trains) for _, phi in work.trains_left]
+    trains = [
+        train_seconds(study, phi, study.trains, study.trains.feed) for _, phi in work.trains_left
+    ]
     films = study.movie_conditions()
-    design_map = [train_seconds(study, phi, study.design_map) for _, phi in study.map_conditions()]
+    design_map = [
+        train_seconds(study, phi, study.design_map, study.map_feed)
+        for _, phi in study.map_conditions()
+    ]
     figures = len(study.deborah.values) + 2 * len(work.trains) + len(films) + 5
     jobs = len(work.flows_left) + len(trains)
     frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)

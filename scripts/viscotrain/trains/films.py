@@ -28,7 +28,10 @@ from viscotrain.trains.variables import described
 LARGEST_ROWS = 4  # of the window that moves along
 MARGIN = 2.0  # beyond a window, in d: enough to see whether a sphere at its edge touches another
 POSITIONS = "position over channel diameter, the trailing sphere first; NaN: none"
-SCALARS = ("confinement", "volume_fraction", "channel_length", "deborah")
+SCALARS = (
+    *("confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"),
+    *("channel_length", "deborah"),
+)
 
 
 def film(
@@ -144,7 +147,7 @@ def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> lis
         CLOSURES[train.attrs["closure"]](velocities),
         confinement=beta,
         volume_fraction=float(train["volume_fraction"]),
-        centreline_velocity=float(train["centreline_velocity"]),
+        injection=train.attrs["injection"],
         length=length,
         stations=[length],
         passages=1,
