@@ -35,7 +35,7 @@ def main(
         ordered_variation=own.ordered_variation,
     )
     job.write(combined, result, "design map")
-    print(design_map.headline(combined))
+    print(*design_map.headline(combined), sep="\n")
     for name in ("spacing_law", "design_map") if figures else ():
         drawings.save(drawn.draw(name, combined, own.confinement), figures / name)
 

@@ -25,7 +25,9 @@ def main(
     """Make the movies, and draw what all cameras see at one moment."""
     seen, physical = datasets.read(film), datasets.read(units)
     if figures:
-        name = f"stations_{train_name(float(seen['deborah']), float(seen['volume_fraction']))}"
+        given = seen.attrs["given"]
+        train = train_name(float(seen["deborah"]), float(seen[given]), given.startswith("feed"))
+        name = f"stations_{train}"
         drawing = design_figures.stations(seen, physical)
         drawings.save(drawing, figures / name, job.attributes(f"data of the figure {name}"))
     if not encoding.ffmpeg():

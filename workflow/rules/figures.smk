@@ -100,11 +100,11 @@ use rule study_figures as train_figures with:
                     "phi": "{volume_fraction}",
                 },
             )
-            for figure in ("spacing", "train")
+            for figure in TRAIN_FIGURES
         ],
         data=[
             f"{FIGURES}/{figure}_De{{deborah}}_phi{{volume_fraction}}{end}"
-            for figure in ("spacing", "train")
+            for figure in TRAIN_FIGURES
             for end in (".pdf", ".nc")
         ],
     log:
@@ -112,4 +112,4 @@ use rule study_figures as train_figures with:
     params:
         **given("figures", stages.figures(STUDY)),
     message:
-        "Figures: spacing and train, De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+        "Figures: spacing, strings and train, De{wildcards.deborah}_phi{wildcards.volume_fraction}"

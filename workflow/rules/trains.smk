@@ -17,9 +17,9 @@ rule trains:
         **not_solving(minutes=60),
     params:
         **given("trains", stages.trains(STUDY)),
-        volume_fraction=lambda wildcards: [float(wildcards.volume_fraction)],
+        volume_fraction=lambda wildcards: [parse_fraction(wildcards.volume_fraction)],
     message:
-        "Simulating trains at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+        "Simulating trains at De{wildcards.deborah}_phi{wildcards.volume_fraction}"
     script:
         "../../scripts/trains.py"
 
@@ -27,7 +27,7 @@ rule trains:
 use rule trains as design_points with:
     output:
         trains=[
-            f"{RESULTS}/design_map/De{{deborah}}_phi{number_name(phi)}.nc"
+            f"{RESULTS}/design_map/De{{deborah}}_phi{fraction_name(phi, STUDY.map_feed)}.nc"
             for phi in MAP_FRACTIONS
         ],
     log:

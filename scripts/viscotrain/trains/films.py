@@ -87,7 +87,8 @@ def film(
     for name in SCALARS:
         dataset[name] = train[name]
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
-    dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:g}"
+    dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:.3g}"
+    dataset.attrs |= {name: train.attrs[name] for name in ("given", "injection")}
     return dataset
 
 

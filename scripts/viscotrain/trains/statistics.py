@@ -113,7 +113,7 @@ def statistics(spacing: xr.DataArray, mean_spacing: float) -> xr.Dataset:
         with its `_halfwidth` of 95 % confidence. spacing_mode is NaN where there is none.
     """
     s = spacing.transpose("repeat", "station", "passage").values
-    variables = {}
+    variables: dict[str, xr.Variable] = {}
     found = measures(s, mean_spacing)
     for name, values in found.items():
         average, halfwidth = confidence(values)
