@@ -89,7 +89,7 @@ def is_flat(densities: NDArray, passages: int) -> NDArray:
     scatter = 1 / (BIN_WIDTH * passages)  # variance over density
     if len(densities) > 1:
         scatter = densities.var(axis=0, ddof=1).sum(axis=-1) / p.sum(axis=-1)
-    chance = (1 - CONFIDENCE) / bulk.sum(axis=-1)
+    chance = (1 - CONFIDENCE) / p.shape[-1]
     band = -ndtri(chance) * np.sqrt(scatter * level / len(densities))
     return p.max(axis=-1) <= level + band
 
