@@ -243,7 +243,7 @@ def _in_words(outlet: xr.Dataset, name: str, decimals: int, factor: float) -> ND
     words = np.full((outlet.sizes["deborah"], outlet.sizes[given]), "", dtype=object)
     for row, column in np.argwhere(np.isfinite(outlet["mean_spacing"].values)):
         own = outlet.isel({"deborah": row, given: column})
-        text = with_errors(own, name, decimals, factor, "\n\N{PLUS-MINUS SIGN}")
+        text = with_errors(own, name, decimals, factor, "\n\N{PLUS-MINUS SIGN} ")
         words[row, column] = text
     return words
 

@@ -176,7 +176,8 @@ def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
 
 def _statistics(train: xr.Dataset) -> Iterator[list[str]]:
     """A row per station, with both errors."""
+    between = " \N{PLUS-MINUS SIGN} "
     for n, station in enumerate(train["station"].values):
         own = train.isel(station=n)
-        words = [with_errors(own, *how, sign="\N{PLUS-MINUS SIGN}") for how in COLUMNS.values()]
+        words = [with_errors(own, *how, between=between) for how in COLUMNS.values()]
         yield [f"{station:g}", *words]

@@ -104,7 +104,7 @@ def _measures(station: xr.Dataset) -> str:
     """Most frequent spacing, how even spacings are, share of touching spheres, in words."""
 
     def words(name: str, decimals: int, factor: float = 1.0) -> str:
-        return with_errors(station, name, decimals, factor, "\N{PLUS-MINUS SIGN}")
+        return with_errors(station, name, decimals, factor, " \N{PLUS-MINUS SIGN} ")
 
     mode = words("spacing_mode", 1)
     return (

@@ -21,8 +21,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from viscotrain.trains.closures import CLOSURES, Velocities
+from viscotrain.trains.condition import generator
 from viscotrain.trains.recording import record_train
-from viscotrain.trains.repeats import generator, tracked_velocity
+from viscotrain.trains.repeats import tracked_velocity
 from viscotrain.trains.variables import described
 
 LARGEST_ROWS = 4  # of the window that moves along

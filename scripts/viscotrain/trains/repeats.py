@@ -2,24 +2,18 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import model_error
-from viscotrain.trains.closures import CLOSURES, Closure, Velocities
-from viscotrain.trains.injection import (
-    InjectionLaw,
-    channel_volume_fraction,
-    feed_volume_fraction,
-    injection_law,
-)
-from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
-from viscotrain.trains.statistics import MODE, injected, statistics
+from viscotrain.trains.closures import CLOSURES, Velocities
+from viscotrain.trains.condition import Condition, baseline, model_errors
+from viscotrain.trains.injection import channel_volume_fraction, feed_volume_fraction
+from viscotrain.trains.recording import SNAPSHOTS, Record
+from viscotrain.trains.statistics import MODE, statistics
 from viscotrain.trains.variables import described, with_errors
 from viscotrain.words import DEBORAH_NUMBERS
 
@@ -44,58 +38,6 @@ SCALARS = {
     "channel_length": "length of the channel over its diameter",
     "mean_spacing_law": "spacing of an equally spaced train, (2/3) beta^2/phi",
 }
-
-
-@dataclass(frozen=True)
-class Condition:
-    """What all trains of one condition share.
-
-    Attributes:
-        closure: Velocities of trains.
-        injection: Name of one of `INJECTIONS`.
-        confinement: beta = d/D.
-        volume_fraction: phi, in the channel.
-        length: Of the channel in D.
-        passages: Spheres to record.
-        seed: Of all repeats.
-    """
-
-    closure: Closure
-    injection: str
-    confinement: float
-    volume_fraction: float
-    length: float
-    passages: int
-    seed: int
-
-    @property
-    def law(self) -> InjectionLaw:
-        """Of the intervals at which spheres enter."""
-        return injection_law(
-            injection=self.injection,
-            confinement=self.confinement,
-            volume_fraction=self.volume_fraction,
-            velocity=self.closure.isolated,
-            slowest=self.closure.slowest,
-        )
-
-    @property
-    def mean_spacing(self) -> float:
-        """Of an equally spaced train, in d."""
-        return mean_spacing(self.confinement, self.volume_fraction)
-
-    def record(self, repeat: int, stations: NDArray, closure: Closure | None = None) -> Record:
-        """One repeat, recorded at stations in D; with other velocities if there is a closure."""
-        return record_train(
-            closure or self.closure,
-            confinement=self.confinement,
-            volume_fraction=self.volume_fraction,
-            injection=self.injection,
-            length=self.length,
-            stations=stations,
-            passages=self.passages,
-            rng=generator(self.seed, repeat),
-        )
 
 
 def run_repeats(
@@ -134,8 +76,8 @@ def run_repeats(
         attributes: Global attributes.
     """
     places, closed = np.asarray(stations, dtype=float), CLOSURES[closure](velocities)
-    U, fraction = closed.isolated, volume_fraction
-    phi = channel_volume_fraction(fraction, U) if feed else fraction
+    given, U = volume_fraction, closed.isolated
+    phi = channel_volume_fraction(given, U) if feed else given
     own = Condition(closed, injection, confinement, phi, length, passages, seed)
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
     everywhere = np.union1d(places, track_stations)
@@ -144,64 +86,39 @@ def run_repeats(
     tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
     dataset = xr.merge([_results(records, places, own.mean_spacing), tracks])
     others = model_error.variants(velocities, closure, closed, interpolation_error)
-    dataset = dataset.assign(_model_errors(own, dataset, others)).assign(_baseline(own))
-    known = {
-        "confinement": confinement,
-        CHANNEL: phi,
-        FEED: fraction if feed else feed_volume_fraction(phi, U),
-        "injection_rate": 1 / own.law.mean,
-        "centreline_velocity": centreline_velocity,
-        "isolated_velocity": U,
-        "channel_length": length,
-        "mean_spacing_law": own.mean_spacing,
+    dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
+    dataset = dataset.assign(_scalars(own, centreline_velocity))
+    if feed:
+        dataset[FEED].values = np.array(given)  # as it is written, not to a rounding error
+    dataset.attrs = dict(attributes or {}) | {
+        "seed": seed,
+        "closure": closure,
+        "injection": injection,
+        "given": FEED if feed else CHANNEL,
+        "model_error": model_error.in_words(interpolation_error, model_error.repeats_of(repeats)),
     }
-    dataset = dataset.assign({name: described(known[name], [], SCALARS[name]) for name in known})
-    dataset.attrs = dict(attributes or {}) | {"seed": seed, "closure": closure}
-    dataset.attrs |= {"injection": injection, "given": FEED if feed else CHANNEL}
-    again = model_error.repeats_of(repeats)
-    dataset.attrs["model_error"] = model_error.in_words(interpolation_error, again)
     return dataset
 
 
-def _model_errors(
-    own: Condition, dataset: xr.Dataset, others: Mapping[str, Closure]
-) -> dict[str, xr.DataArray]:
-    """Model errors of all statistics, from some repeats with other velocities."""
-    places = dataset["station"].values
-    again = range(model_error.repeats_of(dataset.sizes["repeat"]))
-    wrong = {
-        name: np.stack([own.record(n, places, other).spacing for n in again])
-        for name, other in others.items()
+def _scalars(own: Condition, centreline_velocity: float) -> dict[str, xr.Variable]:
+    """What does not vary within a train."""
+    values = {
+        "confinement": own.confinement,
+        CHANNEL: own.volume_fraction,
+        FEED: feed_volume_fraction(own.volume_fraction, own.closure.isolated),
+        "injection_rate": 1 / own.law.mean,
+        "centreline_velocity": centreline_velocity,
+        "isolated_velocity": own.closure.isolated,
+        "channel_length": own.length,
+        "mean_spacing_law": own.mean_spacing,
     }
-    errors = model_error.model_error(dataset["spacing"].values[again], wrong, own.mean_spacing)
-    name = f"{MODE}_model_error"
-    errors[name] = errors[name].where(dataset[MODE].notnull())
-    return {str(key): value for key, value in errors.data_vars.items()}
-
-
-def _baseline(own: Condition) -> dict[str, xr.DataArray]:
-    """What the injection law itself makes."""
-    found = injected(
-        own.law,
-        confinement=own.confinement,
-        velocity=own.closure.isolated,
-        mean_spacing=own.mean_spacing,
-    )
-    return {str(key): value for key, value in found.data_vars.items()}
+    return {name: described(value, [], SCALARS[name]) for name, value in values.items()}
 
 
 def deborah_numbers(table: VelocityTable, deborah: float) -> dict[str, xr.Variable]:
     """Deborah numbers of a flow of the table, in all definitions, as variables of a train."""
     flow = table.dataset.isel(deborah=table.index(deborah))
     return {name: described(flow[name].values, [], text) for name, text in DEBORAH_NUMBERS.items()}
-
-
-def generator(seed: int, repeat: int) -> np.random.Generator:
-    """Source of the random numbers of one repeat, which depends on (seed, repeat) only.
-
-    So more repeats leave the earlier ones as they were, bit by bit.
-    """
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,)))
 
 
 def _results(records: Sequence[Record], stations: NDArray, law: float) -> xr.Dataset:

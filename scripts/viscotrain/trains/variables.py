@@ -12,7 +12,7 @@ def described(values, dims: Sequence[str], long_name: str, **attributes) -> xr.V
 
 
 def with_errors(
-    dataset: xr.Dataset, name: str, decimals: int, factor: float = 1.0, sign: str = "+-"
+    dataset: xr.Dataset, name: str, decimals: int, factor: float = 1.0, between: str = " +- "
 ) -> str:
     """A statistic with its sampling error and its model error, those that are known, in words.
 
@@ -20,9 +20,9 @@ def with_errors(
         dataset: Holds the statistic, as a single number, and what is known of its `_halfwidth`
             and `_model_error`.
         name: Of the statistic.
-        decimals: Of the number; errors have one more if they would round to 0.
+        decimals: Of the number; errors that would round to 0 have one more if that shows them.
         factor: 100 for per cent.
-        sign: Between them.
+        between: What stands between them.
 
     Returns:
         "6.61 +- 0.05 +- 0.002"; "flat" where there is no mode, "-" no other number.
@@ -34,6 +34,6 @@ def with_errors(
     for end in ("_halfwidth", "_model_error"):
         error = factor * float(dataset[name + end]) if name + end in dataset else math.nan
         if math.isfinite(error):
-            more = decimals + (0 < error < 0.5 * 10.0**-decimals)
+            more = decimals + (0.05 <= error * 10.0**decimals < 0.5)
             words.append(f"{error:.{more}f}")
-    return f" {sign} ".join(words)
+    return between.join(words)
