@@ -209,21 +209,24 @@ def _draw_order(axes: Axes, outlet: xr.Dataset, end: float):
 
 
 def _draw_entry(axes: Axes, outlet: xr.Dataset):
-    """What enters: the volume fraction that the axis does not show, spheres per second, CV."""
+    """The volume fraction that the axis does not show, spheres/s, and what the law makes."""
     feed = outlet.attrs["given"] == "volume_fraction"
     other = outlet["feed_volume_fraction" if feed else "volume_fraction"].values
 
-    def words(fraction, rate, variation):
+    def words(fraction, rate, variation, touching_share):
         if math.isnan(fraction):
             return ""
         enter = f"{rate:.3g}/s\n" if math.isfinite(rate) else ""
-        return f"{100 * fraction:.3g} %\n{enter}CV {variation:.2f}"
+        return (
+            f"{100 * fraction:.3g} %\n{enter}CV {variation:.2f}\ntouch {100 * touching_share:.1f} %"
+        )
 
-    rate, variation = outlet["sphere_rate"].values, outlet["spacing_variation_injected"].values
-    texts = np.vectorize(words, otypes=[object])(other, rate, variation)
+    names = ("sphere_rate", "spacing_variation_injected", "touching_share_injected")
+    own = (outlet[name].values for name in names)
+    texts = np.vectorize(words, otypes=[object])(other, *own)
     _draw_grid(axes, np.where(np.isnan(other), np.nan, np.inf), texts, cmap="viridis")
     name = r"\phi_{feed}" if feed else r"\phi"
-    axes.set_title(f"what enters: ${name}$, spheres/s, CV")
+    axes.set_title(f"what enters: ${name}$, spheres/s, CV, touching")
 
 
 def _condition_names(dataset: xr.Dataset) -> list[str]:
@@ -289,7 +292,6 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
                 axes.fill_between(z, y - half, y + half, color=colour, alpha=0.2, lw=0)
                 error = factor * float(own[f"{name}_model_error"][-1])
                 axes.errorbar(z[-1], y[-1], error, color=colour, lw=2, clip_on=False)
-            axes.set_ylim(bottom=0)
             if column == 0:
                 axes.set_ylabel(label)
             axes.yaxis.set_major_locator(MaxNLocator(4))
@@ -299,6 +301,8 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
         bottom.set_xlim(z[0], z[-1])
         bottom.set_xlabel("length, $L$ [$D$]")
         bottom.xaxis.set_major_locator(MaxNLocator(4))
+    for axes in panels[:, 0]:  # rows share their axes
+        axes.set_ylim(bottom=0)
     words = f"over the length of the channel (100 $D$ = {cm:.3g} cm; bars at its end: model error)"
     figure.suptitle(words, fontsize=matplotlib.rcParams["axes.titlesize"])
     handles = [Line2D([], [], color=colour) for colour in colours]

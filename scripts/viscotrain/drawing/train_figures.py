@@ -20,6 +20,7 @@ from viscotrain.trains.statistics import TOUCHING
 from viscotrain.trains.variables import with_errors
 
 DRAWN_LENGTH = 80.0  # of a train, in d
+WORDS = 2.0  # width of what is written beside a panel, in inches
 
 
 SCALARS = ["deborah", "confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"]
@@ -44,7 +45,7 @@ def spacing(trains: xr.Dataset) -> Drawing:
     centres = data["spacing_bin"].values
     width = float(data["spacing_bin"].attrs["bin_width"])
     edges = np.append(centres - width / 2, centres[-1] + width / 2)
-    figure = Figure(figsize=(COLUMN, 1.2 + 0.86 * len(stations)), layout="constrained")
+    figure = Figure(figsize=(COLUMN + WORDS, 1.2 + 0.8 * len(stations)), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.02, hspace=0.0)
     panels = figure.subplots(len(stations), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     law = float(data["mean_spacing_law"])
@@ -62,7 +63,7 @@ def spacing(trains: xr.Dataset) -> Drawing:
     figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
     entries = [(mean, rf"equally spaced: $\frac{{2}}{{3}}\,(d/D)^2/\phi$ = {law:.2f} $d$")]
     entries += _keys(trains)
-    figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=1)
+    figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=2)
     return Drawing(figure, data)
 
 
@@ -88,30 +89,22 @@ def _draw_distribution(axes: Axes, station: xr.Dataset, edges: NDArray):
     axes.stairs(density, edges, color=BLUE, lw=1.0)
     law = station["spacing_density_injected"].values
     axes.stairs(law, edges, color=VERMILLION, lw=0.8, ls=(0, (1, 1)), baseline=None)
-    axes.text(
-        0.99,
-        0.98,
-        _measures(station),
-        ha="right",
-        va="top",
-        fontsize=6.5,
-        linespacing=1.2,
-        transform=axes.transAxes,
-    )
+    place = {"ha": "left", "va": "top", "transform": axes.transAxes}
+    axes.text(1.02, 1.0, _measures(station), fontsize=6.5, linespacing=1.3, **place)
 
 
 def _measures(station: xr.Dataset) -> str:
-    """Most frequent spacing, how even spacings are, share of touching spheres, in words."""
+    """Mean and mode, how even spacings are, share of touching spheres, in words."""
 
     def words(name: str, decimals: int, factor: float = 1.0) -> str:
         return with_errors(station, name, decimals, factor, " \N{PLUS-MINUS SIGN} ")
 
     mode = words("spacing_mode", 1)
     return (
-        f"$z$ = {float(station['station']):g} $D$\n"
+        f"$z$ = {float(station['station']):g} $D$: mean {words('mean_spacing', 2)} $d$\n"
         f"mode {'none: flat' if mode == 'flat' else f'{mode} $d$'}\n"
         f"CV {words('spacing_variation', 3)}\n"
-        f"within 20 % of the mean {words('even_share', 1, 100)} %\n"
+        f"within 20 % of mean {words('even_share', 1, 100)} %\n"
         f"touching spheres {words('touching_share', 1, 100)} %"
     )
 
