@@ -31,7 +31,7 @@ from viscotrain.drawing.style import BLUE, VERMILLION
 from viscotrain.trains.statistics import TOUCHING
 
 BAR_START = 190  # of the scale bar
-HEADER, TICKS, FOOT = 52, 42, 46  # heights above the channel, below it, and below that
+HEADER, TICKS, FOOT = 60, 42, 46  # heights above the channel, below it, and below that
 ROW_GAP = 34  # between the rows of the moving window
 
 

@@ -204,8 +204,8 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     title = (
         f"train: $\\phi$ = {phi:.3g} % in the channel (feed: about {feed:.2g} % at "
         f"De = {float(data['deborah']):g}), $s^*$ = "
-        f"$\\frac{{2}}{{3}}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (to scale; distances at the "
-        "inlet: an example)"
+        f"$\\frac{{2}}{{3}}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (distances at the inlet: "
+        "an example)"
     )
     axes.set_title(title, loc="left")
     axes.set(xlim=(-0.75, _train_width(data) - 0.75))
