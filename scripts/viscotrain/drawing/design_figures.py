@@ -217,16 +217,14 @@ def _draw_entry(axes: Axes, outlet: xr.Dataset):
         if math.isnan(fraction):
             return ""
         enter = f"{rate:.3g}/s\n" if math.isfinite(rate) else ""
-        return (
-            f"{100 * fraction:.3g} %\n{enter}CV {variation:.2f}\ntouch {100 * touching_share:.1f} %"
-        )
+        return f"{100 * fraction:.3g} %\n{enter}CV {variation:.2f}\n{100 * touching_share:.1f} %"
 
     names = ("sphere_rate", "spacing_variation_injected", "touching_share_injected")
     own = (outlet[name].values for name in names)
     texts = np.vectorize(words, otypes=[object])(other, *own)
     _draw_grid(axes, np.where(np.isnan(other), np.nan, np.inf), texts, cmap="viridis")
     name = r"\phi_{feed}" if feed else r"\phi"
-    axes.set_title(f"what enters: ${name}$, spheres/s, CV, touching")
+    axes.set_title(f"enter: ${name}$, per s, CV, touching")
 
 
 def _condition_names(dataset: xr.Dataset) -> list[str]:
