@@ -183,7 +183,10 @@ def flow_seconds(
 
 
 def train_seconds(
-    study: Study, volume_fraction: float, runs: TrainsConfig | DesignMapConfig, feed: bool
+    study: Study,
+    volume_fraction: float,
+    runs: TrainsConfig | DesignMapConfig,
+    feed: bool = False,
 ) -> float:
     """CPU seconds of all repeats of one train of a section of the config, and of its model error.
 
