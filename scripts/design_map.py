@@ -26,7 +26,7 @@ def main(job: Job, result: Result, units: Units, points: MapPoints, figures: Fig
         ordered_variation=own.ordered_variation,
     )
     job.write(combined, result, "design map")
-    print(design_map.headline(combined))
+    print(*design_map.headline(combined), sep="\n")
     for name in ("spacing_law", "design_map") if figures else ():
         drawings.save(drawn.draw(name, combined, own.confinement), figures / name)
 

@@ -20,9 +20,11 @@ def main(job: Job, film: Film, units: Units, folder: Movies, figures: Figures = 
     """Make the movies, and draw what all cameras see at one moment."""
     seen, physical = datasets.read(film), datasets.read(units)
     if figures:
-        name = f"stations_{train_name(float(seen['deborah']), float(seen['volume_fraction']))}"
-        own = job.attributes(f"data of the figure {name}")
-        drawings.save(design_figures.stations(seen, physical), figures / name, own)
+        given = seen.attrs["given"]
+        train = train_name(float(seen["deborah"]), float(seen[given]), given.startswith("feed"))
+        name = f"stations_{train}"
+        drawing = design_figures.stations(seen, physical)
+        drawings.save(drawing, figures / name, job.attributes(f"data of the figure {name}"))
     if not encoding.ffmpeg():
         print("no ffmpeg found: movies are GIF, larger and coarser than MP4")
     for path in movies.make(seen, physical, folder, **dict(job.settings)):

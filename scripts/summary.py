@@ -1,6 +1,6 @@
 r"""What a run made: points solved, holes, accuracy, trains, where the figures are.
 
-python scripts/summary.py OUTPUT --table TABLE --trains TRAINS... --timing CSV... \
+python scripts/summary.py OUTPUT --table TABLE --units UNITS --trains TRAINS... --timing CSV... \
     --figures PNG... --movies FOLDER... --maps MAP
 """
 
@@ -16,6 +16,7 @@ def main(
     job: Job,
     summary: Result,
     table: Annotated[Path, taken("velocity table", named=True)],
+    units: Annotated[Path, taken("physical units of the study, units.nc", named=True)],
     trains: Annotated[Sequence[Path], taken("files of the trains", named=True)] = (),
     timing: Annotated[Sequence[Path], taken("CSV files of the dns stage", named=True)] = (),
     figures: Annotated[Sequence[Path], taken("PNG files", named=True)] = (),
@@ -24,7 +25,7 @@ def main(
 ):
     """Write the summary and print it."""
     lines = overview.of_table(table, timing)
-    lines += [*overview.of_trains(trains, maps), *overview.of_pictures(figures, movies)]
+    lines += [*overview.of_trains(trains, maps, units), *overview.of_pictures(figures, movies)]
     text = "\n".join(lines)
     summary.write_text(text + "\n", encoding="utf-8")
     print(text)

@@ -15,7 +15,9 @@ from viscotrain.studies import train_runs
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import repeats
 
-Fractions = Annotated[Sequence[float], option("of the spheres, one per output", single=True)]
+Fractions = Annotated[
+    Sequence[float], option("as the study gives them, one per output", single=True)
+]
 Outputs = Annotated[Sequence[Path], made("files to write", single=True)]
 OfTheMap = Annotated[bool, option("with stations and repeats of the design map")]
 
@@ -28,9 +30,10 @@ def settings(study, design_map: OfTheMap = False) -> TrainsSettings:
 def main(job: Job, deborah: Deborah, volume_fraction: Fractions, table: Table, trains: Outputs):
     """Simulate all repeats and write them with their statistics."""
     velocities = VelocityTable.open(table)
-    for phi, output in zip(volume_fraction, trains, strict=True):
-        result = train_runs.simulate(job.settings, velocities, deborah, phi)
-        job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:g}")
+    for fraction, output in zip(volume_fraction, trains, strict=True):
+        result = train_runs.simulate(job.settings, velocities, deborah, fraction)
+        phi = float(result["volume_fraction"])
+        job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:.3g}")
         print(repeats.summary(result))
 
 

@@ -38,7 +38,6 @@ def seconds(table: VelocityTable, deborah: float, name: str) -> tuple[float, flo
         closure,
         confinement=CONFINEMENT,
         volume_fraction=mean_spacing(CONFINEMENT, 1.0) * SPHERES * CONFINEMENT / LENGTH,
-        centreline_velocity=table.centreline_velocity(deborah),
         length=LENGTH,
         stations=np.linspace(0.0, LENGTH, STATIONS),
         passages=PASSAGES,

@@ -12,6 +12,7 @@ SOLVED, NOT_CONVERGED, NOT_ATTEMPTED, INACCURATE = range(4)  # status of a simul
 
 CONTACT = 1.0  # distance of touching spheres, in d
 NEGLIGIBLE = 1e-6  # relative velocities below this are the simulation's error, in Ubar
+FASTEST = 2.0  # Ubar, on the axis of a Newtonian fluid: no sphere and no thinning fluid is faster
 FEWEST_TRAIN_SPHERES = 3  # that a train starts with, so a channel must hold them
 
 DEBORAH_NUMBERS = {  # variables of datasets
@@ -19,6 +20,15 @@ DEBORAH_NUMBERS = {  # variables of datasets
     "deborah_longest_mode": "Deborah number of the longest relaxation time",
     "deborah_mean_relaxation_time": "Deborah number of the viscosity-weighted mean relaxation time",
 }
+
+
+MOST_REPEATED = 4  # repeats of trains that are simulated again for their model error,
+REPEATED_SHARE = 4  # and at most one of so many, so that it takes half as long as the trains
+
+
+def repeated(repeats):
+    """How many repeats of trains are simulated again for their model error."""
+    return min(MOST_REPEATED, max(1, repeats // REPEATED_SHARE))
 
 
 def has_solution(status):

@@ -15,7 +15,14 @@ from pydantic import ValidationError
 
 from viscotrain.config import stages
 from viscotrain.config.geometries import check_geometries, pair_distances, simulated, wanted
-from viscotrain.config.names import geometry_name, number_name, parse_distance, train_name
+from viscotrain.config.names import (
+    fraction_name,
+    geometry_name,
+    number_name,
+    parse_distance,
+    parse_fraction,
+    train_name,
+)
 from viscotrain.config.reading import load_study, parse_study, read_yaml, schema
 from viscotrain.config.study import Study
 from viscotrain.errors import ConfigError, ViscotrainError
@@ -325,6 +332,41 @@ WRONG = {
     "volume fraction repeated": (
         {"trains.volume_fraction": [0.004, 0.002, 0.004]},
         "trains.volume_fraction[2]: found 0.004 again; allowed: every value once",
+    ),
+    "no volume fraction": (
+        {"trains.volume_fraction": REMOVED},
+        "trains.volume_fraction: missing; allowed: list of numbers in (0, 1), or "
+        "trains.feed_volume_fraction in its place",
+    ),
+    "volume fractions of channel and feed": (
+        {"trains.feed_volume_fraction": [0.0066]},
+        "trains.volume_fraction: found with trains.feed_volume_fraction; allowed: one of the two",
+    ),
+    "list of no volume fraction": (
+        {"trains.volume_fraction": []},
+        "trains.volume_fraction: found []; allowed: list of numbers in (0, 1), at least 1",
+    ),
+    "volume fraction of the feed repeated": (
+        {"trains.volume_fraction": REMOVED, "trains.feed_volume_fraction": [0.01, 0.01]},
+        "trains.feed_volume_fraction[1]: found 0.01 again; allowed: every value once",
+    ),
+    "feed below contact": (
+        {"trains.volume_fraction": REMOVED, "trains.feed_volume_fraction": [0.06]},
+        "trains.feed_volume_fraction[0]: found 0.06; allowed: less than 0.05333 for d/D = 0.2; "
+        "the mean spacing would be 0.889 d, below contact",
+    ),
+    "injection": (
+        {"trains.injection": "random"},
+        "trains.injection: found the text 'random'; allowed: one of uniform, poisson",
+    ),
+    "map of channel and feed": (
+        {"design_map": {"volume_fraction": [0.004], "feed_volume_fraction": [0.004]}},
+        "design_map.volume_fraction: found with design_map.feed_volume_fraction; allowed: one of "
+        "the two",
+    ),
+    "map of the feed unsorted": (
+        {"design_map": {"feed_volume_fraction": [0.01, 0.004]}},
+        "design_map.feed_volume_fraction[1]: found 0.004; allowed: more than the value before it",
     ),
     "spacing below contact": (
         {"trains.volume_fraction": [0.03]},
@@ -728,8 +770,28 @@ def test_names():
     assert geometry_name(1.1, INF) == "sp1.1_sfinf"
     assert geometry_name(2, 2.0) == "sp2_sf2"
     assert train_name(5.0, 0.004) == "De5_phi0.004"
+    assert train_name(5.0, 0.0066, feed=True) == "De5_phi_feed0.0066"
+    for feed in (False, True):
+        assert parse_fraction(fraction_name(0.0066, feed)) == 0.0066
     assert number_name(-0.0) == "0"
     assert number_name(1.1) != number_name(math.nextafter(1.1, 2))
+
+
+def test_a_study_of_the_feed():
+    """Trains and movies by what is poured in; the map keeps its own way."""
+    feed = {"trains.volume_fraction": REMOVED, "trains.feed_volume_fraction": [0.0066, 0.01]}
+    study = parse_study(changed(feed | {"movies": {"volume_fraction": [0.01]}}))
+    assert study.trains.feed and study.trains.fractions == (0.0066, 0.01)
+    assert study.movie_conditions() == ((5, 0.01),)
+    assert stages.trains(study).feed and not stages.design_points(study).feed
+    assert not study.map_feed
+    assert stages.schematic(study).feed
+    mapped = parse_study(changed(feed | {"design_map": {"feed_volume_fraction": [0.002, 0.02]}}))
+    assert mapped.map_feed and stages.design_points(mapped).feed
+    assert {phi for _, phi in mapped.map_conditions()} == {0.002, 0.02}
+    feed["trains.feed_volume_fraction"] = [0.001, 0.0015]
+    small = parse_study(changed(feed | {"particle.diameter": 5e-6}))  # nothing usual fits
+    assert small.map_feed and small.map_conditions()[0][1] == 0.001
 
 
 def grid(sp, sf, check):

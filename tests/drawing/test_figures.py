@@ -290,17 +290,63 @@ def test_spacing_shows_every_station_with_its_measures(train):
         assert set(mean.get_xdata()) == {float(train["mean_spacing_law"])}
         words = " ".join(item.get_text() for item in axes.texts)
         assert f"$z$ = {station:g} $D$" in words
-        for word in ("mode", "CV", "touching", "\N{PLUS-MINUS SIGN}"):
+        for word in ("mode", "CV", "touching", "within 20 %", "\N{PLUS-MINUS SIGN}"):
             assert word in words
+        own = train.sel(station=station)
+        half, model = (
+            float(own[f"spacing_variation{end}"]) for end in ("_halfwidth", "_model_error")
+        )
+        (line,) = (line for line in words.split("\n") if line.startswith("CV"))
+        found = [float(word) for word in line.removeprefix("CV ").split(" \N{PLUS-MINUS SIGN} ")]
+        expected = [float(own["spacing_variation"]), half, model]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=6e-4)
     words = texts(figure)
-    for word in ("$s^*$ [$d$]", "[$1/d$]", "De = 1", r"$\phi$ = 1 %", "2 repeats"):
+    for word in ("$s^*$ [$d$]", "[$1/d$]", "De = 1", r"$\phi$ = 1 % in the channel", "2 repeats"):
         assert word in words
+    for word in ("1.65 % in the feed", "uniform injection", "model error", "sampling error"):
+        assert word in words
+
+
+def test_spacing_says_where_a_distribution_is_flat(train):
+    flat = train.copy(deep=True)
+    flat["spacing_mode"][:] = np.nan
+    assert texts(figures.spacing(flat).figure).count("mode none: flat") == train.sizes["station"]
+
+
+def test_spacing_shows_what_the_injection_makes(train):
+    figure, data = figures.spacing(train)
+    xr.testing.assert_identical(data["spacing_density_injected"], train["spacing_density_injected"])
+    variation = float(train["spacing_variation_injected"])
+    assert f"as the uniform injection makes it, CV {variation:.2f}" in texts(figure)
+
+
+def test_strings_are_bars_of_shares_of_spheres_beside_the_baseline(train):
+    figure, data = figures.draw("strings_De1_phi0.01", train, BETA)
+    upper, lower = figure.axes
+    for n, line in enumerate(upper.lines[1:]):
+        np.testing.assert_array_equal(line.get_ydata(), train["pair_correlation"][n])
+    heights = np.array([bar.get_height() for bar in lower.patches]).reshape(3, -1)
+    np.testing.assert_allclose(heights, 100 * train["string_share"][:, 1:])
+    places = [bar.get_x() + bar.get_width() / 2 for bar in lower.patches]
+    assert np.abs(np.reshape(places, (3, -1)) - [2, 3, 4, 5]).max() < 0.4
+    law = lower.collections[-1].get_segments()
+    np.testing.assert_allclose(
+        [segment[0, 1] for segment in law], 100 * train["string_share_injected"][1:]
+    )
+    words = texts(figure)
+    alone = 100 * float(train["string_share"][-1, 0])
+    for word in (f"singlets, at the last station: {alone:.1f} %", "doublets", "5 or more"):
+        assert word in words
+    for word in ("model error", "sampling", "in the feed", "by the injection law"):
+        assert word in words
+    for name in ("pair_correlation_model_error", "string_share_halfwidth"):
+        assert name in data
 
 
 def test_spacing_of_a_single_repeat_has_no_band():
     figure, _ = figures.spacing(synthetic_train(passages=20, repeats=1))
-    assert "\N{PLUS-MINUS SIGN}" not in texts(figure)
     assert "95 %" not in texts(figure)
+    assert "CV" in texts(figure) and "model error" in texts(figure)
 
 
 def test_train_is_one_line_per_sphere(train):

@@ -111,6 +111,30 @@ def runs(mask):
 # -------------------------------------------------------------------------------------- positions
 
 
+def test_a_film_is_of_the_spheres_that_entered_by_the_same_law(velocities):
+    """Of a feed, at random: positions at the beginning of the recording, bit by bit."""
+    train = run_repeats(
+        velocities,
+        confinement=BETA,
+        volume_fraction=0.0165,
+        feed=True,
+        injection="poisson",
+        centreline_velocity=1.67,
+        length=LENGTH,
+        stations=STATIONS,
+        passages=20,
+        repeats=1,
+        seed=3,
+    ).assign(deborah=5.0)
+    (z,) = films._positions(velocities, train, np.array([0.0]))
+    known = train["position"].values[0, 0]
+    np.testing.assert_array_equal(z / BETA, known[np.isfinite(known)] * BETA / BETA)
+    film = films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=2)
+    assert float(film["feed_volume_fraction"]) == 0.0165
+    assert film.attrs["injection"] == "poisson"
+    assert movies._entry(movies.labelled(film, UNITS)).endswith("spheres/s, poisson injection")
+
+
 def test_spheres_pass_the_station_in_the_film_when_they_do_in_the_train(velocities, train):
     """Passage times of repeat 0 are an independent record of the same spheres."""
     frames = 300  # recorded spheres are there after 12 D/Ubar

@@ -13,7 +13,7 @@ from harness import output
 from synthetic import DEMO_NODES, dns_result, triplet
 
 from viscotrain.drawing import interactive
-from viscotrain.fluid.parameters import Fluid
+from viscotrain.fluid.parameters import Fluid, Mode
 from viscotrain.fluid.units import physical_units
 from viscotrain.table.assembly import combine
 from viscotrain.table.interpolation import VelocityTable
@@ -87,8 +87,41 @@ def test_holes_are_shown_and_not_painted_over():
 def test_tracks_are_those_of_the_trains(train):
     (item,) = data_of(interactive.page(velocity_table(), UNITS, [train], "test"))["trains"]
     np.testing.assert_allclose(item["positions"], train["track_position"], atol=1e-3)
-    assert item["name"] == "De = 1, volume fraction 1 %"
+    assert item["name"] == "De = 1, volume fraction 1 %, in the feed 1.65 %"
     assert item["centimetres"][-1] == pytest.approx(0.2)
+
+
+def test_statistics_of_a_train_have_both_errors():
+    train = run_repeats(
+        triplet(),
+        confinement=0.2,
+        volume_fraction=0.01,
+        injection="poisson",
+        centreline_velocity=1.8,
+        length=10.0,
+        stations=[0.0, 10.0],
+        passages=45,
+        repeats=2,
+        seed=1,
+    ).assign(deborah=1.0)
+    units = physical_units(
+        Fluid(0.5, (Mode(0.5, 0.1),)),
+        {1.0: 1.0},
+        channel_diameter=100e-6,
+        particle_diameter=20e-6,
+    )
+    data = data_of(interactive.page(velocity_table(), units, [train], "test"))
+    (item,) = data["trains"]
+    assert data["columns"][0] == "z [D]" and "CV" in data["columns"]
+    assert [row[0] for row in item["statistics"]] == ["0", "10"]
+    column = data["columns"].index("CV")
+    numbers = item["statistics"][1][column].split(" \N{PLUS-MINUS SIGN} ")
+    for end, number in zip(("", "_halfwidth", "_model_error"), numbers, strict=True):
+        expected = float(train[f"spacing_variation{end}"][1])
+        assert float(number) == pytest.approx(expected, abs=6e-4)
+    rate = float(train["injection_rate"]) * 10  # Ubar/D = De/lambda_1 = 10 per second
+    assert f"poisson law, {rate:.3g} per second" in item["entry"]
+    assert "1 repeat simulated again" in item["entry"]
 
 
 def opened(path: Path, fragment="") -> tuple[str, list[str]]:

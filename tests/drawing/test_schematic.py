@@ -18,7 +18,7 @@ def study(request):
 
 @pytest.fixture
 def drawing(study):
-    return schematic.draw(schematic.geometry(study))
+    return schematic.draw(schematic.geometry(study, 1.65))
 
 
 def spheres(axes):
@@ -49,6 +49,17 @@ def test_diameters_and_mean_spacing_are_in_proportion(study, drawing):
     phi = study.volume_fraction
     spacing = mean_spacing(study.confinement, phi) * study.confinement
     np.testing.assert_allclose(np.diff(z)[-2:], spacing)
+
+
+def test_the_feed_has_the_volume_fraction_of_what_enters(study):
+    """phi_feed = phi U/Ubar, whichever the study gives."""
+    own = schematic.geometry(study, 1.65)
+    assert float(own["feed_volume_fraction"]) == pytest.approx(1.65 * study.volume_fraction)
+    poured = study.model_copy(update={"feed": True})
+    other = schematic.geometry(poured, 1.65)
+    assert float(other["feed_volume_fraction"]) == pytest.approx(study.volume_fraction)
+    assert float(other["mean_spacing"]) == pytest.approx(1.65 * float(own["mean_spacing"]))
+    assert "% in the channel (feed: about" in schematic.draw(own).figure.axes[1].get_title("left")
 
 
 def test_everything_is_named(study, drawing):

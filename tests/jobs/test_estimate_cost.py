@@ -255,10 +255,19 @@ def test_a_further_core_shortens_the_run_but_not_its_longest_job(study, tmp_path
     assert cost.wall(10_000) == cost.longest
 
 
+def test_a_feed_costs_as_if_spheres_were_as_fast_as_they_can_be(study):
+    """U_p is not known before the table: 2 Ubar at most, so half the volume fraction at least."""
+    poured, own = (
+        train_seconds(study, *given) for given in ((0.02, study.trains, True), (0.01, study.trains))
+    )
+    assert poured == pytest.approx(own)
+
+
 def test_more_repeats_and_spheres_cost_more(study):
     repeated = study.trains.model_copy(update={"repeats": 2 * study.trains.repeats})
     once = train_seconds(study, 0.01, study.trains)
-    assert train_seconds(study, 0.01, repeated) == pytest.approx(2 * once)
+    # three repeats, six; one of them twice again, for its model error
+    assert train_seconds(study, 0.01, repeated) == pytest.approx((6 + 2) / (3 + 2) * once)
     assert train_seconds(study, 0.02, study.trains) > once
 
 

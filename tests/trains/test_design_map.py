@@ -13,8 +13,11 @@ from synthetic import triplet
 from viscotrain.drawing import design_figures, figures
 from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Fluid, Mode
 from viscotrain.fluid.units import physical_units
-from viscotrain.trains import design_map, statistics
+from viscotrain.trains import design_map, model_error, statistics
+from viscotrain.trains.injection import injection_law
 from viscotrain.trains.repeats import run_repeats
+
+U_P = 1.65  # of a single sphere, in Ubar
 
 STATIONS = np.array([0.0, 100.0, 200.0])
 D, d, ETA_0, LAMBDA_1 = 100e-6, 20e-6, 0.562, 0.0752  # m, m, Pa s, s
@@ -41,8 +44,22 @@ def point(deborah, volume_fraction, stations):
         coords={"station": STATIONS},
     )
     law = 2 / 3 * 0.2**2 / volume_fraction
-    dataset = statistics.statistics(spacing, law)
-    return dataset.assign(deborah=deborah, volume_fraction=volume_fraction, confinement=0.2)
+    intervals = injection_law(
+        confinement=0.2, volume_fraction=volume_fraction, velocity=U_P, slowest=1.6
+    )
+    wrong = {"closure": 1.01 * spacing.values}  # by 1 % in the mean, and nothing in the CV
+    dataset = statistics.statistics(spacing, law).merge(
+        statistics.injected(intervals, confinement=0.2, velocity=U_P, mean_spacing=law)
+    )
+    dataset = dataset.merge(model_error.model_error(spacing.values, wrong, law))
+    scalars = {
+        "deborah": deborah,
+        "volume_fraction": volume_fraction,
+        "feed_volume_fraction": U_P * volume_fraction,
+        "injection_rate": 1 / intervals.mean,
+        "confinement": 0.2,
+    }
+    return dataset.assign(scalars).assign_attrs(given="volume_fraction", injection="uniform")
 
 
 @pytest.fixture(scope="module")
@@ -87,22 +104,54 @@ def test_measures_of_hand_made_trains(hand_made):
     np.testing.assert_allclose(own["spacing_variation"], [0.5, 0.25, 0.1])
     assert float(own["ordering_length"]) == pytest.approx(80.0)  # 0.5 to 0.25 crosses 0.3 at 4/5
     lost = hand_made.sel(deborah=5.0, volume_fraction=0.01)
-    np.testing.assert_allclose(lost["touching_share"], [0, 0, 0.5])
+    # 99 gaps of 1 d between every second and the next one: strings of two, one sphere alone
+    np.testing.assert_allclose(lost["touching_share"], [0, 0, 100 / 101])
+    np.testing.assert_allclose(own["mean_spacing_model_error"], 0.04)
+    np.testing.assert_allclose(own["even_share"], [0, 0, 1.0])  # 2 and 6, 3 and 5, 3.6 and 4.4
     assert math.isinf(lost["ordering_length"])
     assert np.isnan(hand_made["mean_spacing"].sel(deborah=1.0, volume_fraction=0.01)).all()
 
 
-def test_the_mode_is_that_of_all_repeats_together():
-    """Repeats whose own modes differ agree on the spacing that is second in both."""
-    first = np.repeat([2.1, 4.1, 3.1], [40, 25, 35])
-    second = np.repeat([2.1, 4.1, 3.1], [25, 40, 35])
-    spacing = xr.DataArray(
-        np.stack([[first] * 3, [second] * 3]),
-        dims=["repeat", "station", "passage"],
-        coords={"station": STATIONS},
+def test_ordering_length_has_the_range_that_errors_leave():
+    """CV 0.5, 0.25, 0.1 with a model error of 0.05 there: crossings of 0.35 and of 0.25."""
+    ordering = point(1.0, 0.006, [alternating(2, 6), alternating(3, 5), alternating(3.6, 4.4)])
+    ordering["spacing_variation_model_error"][:] = 0.05
+    own = design_map.combine([ordering], units=UNITS, fluid=NEWTONIAN, ordered_variation=0.3)
+    assert float(own["ordering_length"][0, 0]) == pytest.approx(80.0)
+    assert float(own["ordering_length_earliest"][0, 0]) == pytest.approx(60.0)
+    assert float(own["ordering_length_latest"][0, 0]) == pytest.approx(100.0)
+    order = figures.draw("design_map", own, 0.2).figure.axes[4]
+    assert [text.get_text() for text in order.texts] == ["0.8\n0.6 to 1.0"]
+
+
+def test_a_map_of_the_feed_has_its_own_axis():
+    """Over phi_feed; phi follows at each De, and is what the spacing law is about."""
+    points = [
+        point(De, phi, [alternating(3, 5)] * 3).assign(feed_volume_fraction=feed)
+        for De, phi, feed in ((1.0, 0.005, 0.009), (5.0, 0.0055, 0.009), (5.0, 0.006, 0.01))
+    ]
+    points = [each.assign_attrs(given="feed_volume_fraction") for each in points]
+    own = design_map.combine(points, units=UNITS, fluid=NEWTONIAN, ordered_variation=0.3)
+    assert own["spacing_variation"].dims == ("deborah", "feed_volume_fraction", "station")
+    phi = own["volume_fraction"].sel(feed_volume_fraction=0.009)
+    np.testing.assert_allclose(phi, [0.005, 0.0055])
+    rows = design_map.table(own)
+    assert rows["feed_volume_fraction_percent"].round(6).unique().tolist() == [0.9, 1.0]
+    figure, _ = figures.draw("design_map", own, 0.2)
+    assert any("in the feed" in word for word in words_of(figure))
+    law = figures.draw("spacing_law", own, 0.2).data
+    np.testing.assert_allclose(
+        law["tube_d"], 100 * 2 / 3 * 0.04 / law["volume_fraction_percent"], rtol=1e-12
     )
-    mode = design_map.pooled_mode(statistics.statistics(spacing, 4.44))
-    np.testing.assert_allclose(mode, 3.125)  # centre of the bin from 3 to 3.25
+
+
+def test_spheres_per_second(hand_made):
+    """phi_feed Q over the volume of a sphere."""
+    Q = 5 * D / LAMBDA_1 * math.pi * D**2 / 4
+    expected = U_P * 0.006 * Q / (math.pi / 6 * d**3)
+    found = hand_made["sphere_rate"].sel(deborah=5.0, volume_fraction=0.006)
+    assert float(found) == pytest.approx(expected)
+    assert found.attrs["units"] == "s-1"
 
 
 def test_physical_units_by_hand(hand_made):
@@ -140,15 +189,22 @@ def test_table_has_a_row_per_condition_and_length_in_units_of_the_bench(hand_mad
     assert row["ordering_length_cm"] == pytest.approx(0.8)
     assert row["touching_share_percent"] == 0
     assert row["spacing_mode_um"] == pytest.approx(20 * row["spacing_mode_d"])
+    assert row["mean_spacing_d_model_error"] == pytest.approx(0.04)
+    assert row["feed_volume_fraction_percent"] == pytest.approx(0.99)
+    assert row["spheres_per_second"] == pytest.approx(
+        hand_made["sphere_rate"].sel(deborah=1.0, volume_fraction=0.006)
+    )
+    assert row["injection"] == "uniform"
     lost = rows[(rows["deborah"] == 5) & (rows["channel_length_D"] == 200)]
-    assert lost["touching_share_percent"].tolist() == [50, 50]
+    np.testing.assert_allclose(lost["touching_share_percent"], [1e4 / 101] * 2)
     assert np.isinf(lost["ordering_length_cm"]).all()
 
 
 def test_headline_names_the_most_even_train(hand_made):
-    words = design_map.headline(hand_made)
+    words = "\n".join(design_map.headline(hand_made))
     assert "at 1 of 3 conditions" in words
-    assert "0.10, at De = 1, phi = 0.6 %" in words
+    assert "0.100 +- 0.000 +- 0.000 (sampling, model), at De = 1,\nphi = 0.6 %" in words
+    assert "in the feed 0.99 %" in words and "spheres/s" in words
 
 
 # ---------------------------------------------------------------------------------------- figures
@@ -176,8 +232,14 @@ def test_design_map_draws_only_conditions_that_were_simulated(hand_made):
     assert cells[0, 0].startswith("0.100") and cells[0, 1].startswith("0.750")
     assert (1, 0) not in cells  # De = 1, phi = 1 %: not simulated
     assert len([patch for patch in variation.patches if isinstance(patch, Rectangle)]) == 3
-    order = [text.get_text() for text in figure.axes[3].texts]
+    assert cells[0, 0] == "0.100\n\N{PLUS-MINUS SIGN} 0.000\n\N{PLUS-MINUS SIGN} 0.000"
+    order = [text.get_text() for text in figure.axes[4].texts]
     assert order == ["0.8", "not\nreached", "not\nreached"]
+    entry = [text.get_text() for text in figure.axes[5].texts]
+    assert [words.split("\n")[0] for words in entry] == ["0.99 %", "0.99 %", "1.65 %"]
+    # CV = (1 - 1/4.44)/sqrt(3) and (1 - 1/2.67)/sqrt(3), less than 1 % lower by slow triplets
+    assert [words.split("\n")[2] for words in entry] == ["CV 0.44", "CV 0.44", "CV 0.35"]
+    assert all(words.split("\n")[1].endswith("/s") for words in entry)
     for word in ("De = 5\n3.13 \N{MICRO SIGN}L/min, 2.4 bar", "0.6", "ordered below"):
         assert word in words
     assert any("[cm]" in word for word in words) and any("[%]" in word for word in words)
@@ -234,7 +296,7 @@ def test_scripts_from_the_command_line(tiny_table, tmp_path):
     )
     assert (tmp_path / "figures" / "spacing_law.png").exists()
     assert (tmp_path / "figures" / "design_map.csv").exists()
-    assert "of 2 conditions" in words
+    assert "of 2 conditions, uniform injection" in words
     result = xr.load_dataset(tmp_path / "map.nc")
     assert result["flow_rate"][0] == xr.load_dataset(tmp_path / "units.nc")["flow_rate"][-1]
     assert result["volume_fraction"].values.tolist() == [0.01, 0.015]

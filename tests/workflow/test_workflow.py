@@ -41,7 +41,7 @@ AFTER_DNS = {
 @pytest.mark.parametrize("config", sorted(path.name for path in CONFIG.glob("*.yaml")))
 def test_every_shipped_config_has_a_plan(config, planned):
     study = load_study(CONFIG / config)
-    number_of_trains = len(study.trains.deborah) * len(study.trains.volume_fraction)
+    number_of_trains = len(study.trains.deborah) * len(study.trains.fractions)
     triplets = (len(study.table.sp) - 1) ** 2
     jobs, geometries = planned("--configfile", f"config/{config}")
     assert jobs == AFTER_DNS | {
@@ -211,6 +211,7 @@ def test_summary_and_page_by_hand_are_those_of_the_jobs(finished):
     results = finished.folder / "results" / "small"
     table, train = results / "table/velocity_table.nc", results / "trains/De1_phi0.01.nc"
     line = ["scripts/summary.py", "again.txt", "--table", table, "--trains", train]
+    line += ["--units", results / "units.nc"]
     line += ["--movies", "results/small/movies/De1_phi0.01", "--timing"]
     output(finished.run(*line, *(results / "dns" / "timing").iterdir()))
     written = (results / "summary.txt").read_text(encoding="utf-8").splitlines()
@@ -307,6 +308,31 @@ def test_other_trains_simulate_no_flow(finished):
         "summary": 1,
         "all": 1,
     }
+
+
+@pytest.mark.slow
+def test_trains_of_the_feed_are_named_by_it(finished):
+    """A study that says what is poured in runs to its end, from the same table."""
+    trains = {key: value for key, value in SMALL["trains"].items() if key != "volume_fraction"}
+    poured = SMALL | {
+        "trains": trains | {"feed_volume_fraction": [0.018], "injection": "poisson"},
+        "design_map": SMALL["design_map"] | {"volume_fraction": None},
+    }
+    poured["design_map"] = poured["design_map"] | {"feed_volume_fraction": [0.018, 0.02]}
+    config = finished.configured(poured)
+    jobs, _ = finished.plan("--configfile", config)
+    assert "dns" not in jobs and "table" not in jobs
+    done = finished.snakemake("--cores", "2", "--configfile", config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = finished.folder / "results" / "small"
+    for name in ("trains/De1_phi_feed0.018.nc", "movies/De1_phi_feed0.018.nc"):
+        train = xr.load_dataset(results / name)
+        assert float(train["feed_volume_fraction"]) == 0.018
+        assert train.attrs["injection"] == "poisson"
+    assert (results / "figures/stations_De1_phi_feed0.018.png").exists()
+    assert "1.8 % in the feed, poisson injection" in (results / "summary.txt").read_text("utf-8")
+    made = xr.load_dataset(results / "design_map/design_map.nc")
+    assert made["feed_volume_fraction"].values.tolist() == [0.018, 0.02]
 
 
 @pytest.mark.slow

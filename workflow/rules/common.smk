@@ -10,9 +10,11 @@ from snakemake.exceptions import WorkflowError
 from viscotrain.config import stages
 from viscotrain.config.geometries import simulated
 from viscotrain.config.names import (
+    fraction_name,
     geometry_name,
     number_name,
     parse_distance,
+    parse_fraction,
     point_name,
     train_name,
 )
@@ -60,7 +62,7 @@ wildcard_constraints:
     sp=r"[0-9.e+-]+|inf",
     sf=r"[0-9.e+-]+|inf",
     deborah=r"[0-9.e+-]+",
-    volume_fraction=r"[0-9.e+-]+",
+    volume_fraction=r"(_feed)?[0-9.e+-]+",
     kind="mesh|order|box|time_step",
     gap=r"[0-9.e+-]+",
 
@@ -77,14 +79,15 @@ else:
     SIMULATIONS = [("dns", geometry_name(*geometry)) for geometry in simulated(STUDY)]
 
 TRAINS = [
-    train_name(De, phi)
+    train_name(De, phi, STUDY.trains.feed)
     for De in STUDY.trains.deborah
-    for phi in STUDY.trains.volume_fraction
+    for phi in STUDY.trains.fractions
 ]
-MOVIES = [train_name(De, phi) for De, phi in STUDY.movie_conditions()]
-MAP = [train_name(De, phi) for De, phi in STUDY.map_conditions()]
+MOVIES = [train_name(*train, STUDY.trains.feed) for train in STUDY.movie_conditions()]
+MAP = [train_name(*train, STUDY.map_feed) for train in STUDY.map_conditions()]
 MAP_FRACTIONS = list(dict.fromkeys(phi for _, phi in STUDY.map_conditions()))
 
+TRAIN_FIGURES = ["spacing", "strings", "train"]
 RELATIVE_VELOCITIES = {
     f"relative_velocities_De{number_name(De)}": number_name(De)
     for De in STUDY.deborah.values
@@ -95,7 +98,7 @@ ALL_FIGURES = [
     "pair_velocity",
     *(["stress_field"] if STUDY.field_point() else []),
     *RELATIVE_VELOCITIES,
-    *[f"{figure}_{train}" for figure in ("spacing", "train") for train in TRAINS],
+    *[f"{figure}_{train}" for figure in TRAIN_FIGURES for train in TRAINS],
     *[f"stations_{train}" for train in MOVIES],
     *(["spacing_law", "design_map"] if MAP else []),
     "order",
@@ -168,12 +171,12 @@ def not_solving(stage):
     }
 
 
-def simulating_trains(runs, fractions=()):
+def simulating_trains(runs, feed, fractions=()):
     """Resources of all repeats of a section of the config at some volume fractions."""
 
     def runtime(wildcards, attempt):
-        wanted = fractions or [float(wildcards.volume_fraction)]
-        seconds = sum(resources.train_seconds(STUDY, phi, runs) for phi in wanted)
+        wanted = fractions or [parse_fraction(wildcards.volume_fraction)]
+        seconds = sum(resources.train_seconds(STUDY, phi, runs, feed) for phi in wanted)
         return resources.minutes_for(seconds, attempt)
 
     return not_solving("trains") | {"runtime": runtime}

@@ -40,8 +40,8 @@ rule study_figures:
 
 use rule study_figures as velocity_figures with:
     input:
-        source=TABLE,
         **({"field": f"{RESULTS}/dns/field.nc"} if STUDY.field_point() else {}),
+        source=TABLE,
     output:
         png=[
             *[
@@ -104,11 +104,11 @@ use rule study_figures as train_figures with:
                     "phi": "{volume_fraction}",
                 },
             )
-            for figure in ("spacing", "train")
+            for figure in TRAIN_FIGURES
         ],
         data=[
             f"{FIGURES}/{figure}_De{{deborah}}_phi{{volume_fraction}}{end}"
-            for figure in ("spacing", "train")
+            for figure in TRAIN_FIGURES
             for end in (".pdf", ".nc")
         ],
     log:
@@ -116,4 +116,4 @@ use rule study_figures as train_figures with:
     params:
         **given("figures", stages.figures(STUDY)),
     message:
-        "Figures: spacing and train, De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+        "Figures: spacing, strings and train, De{wildcards.deborah}_phi{wildcards.volume_fraction}"

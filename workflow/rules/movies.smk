@@ -16,7 +16,7 @@ rule film:
     params:
         **given("film", stages.film(STUDY)),
     message:
-        "Filming the train at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+        "Filming the train at De{wildcards.deborah}_phi{wildcards.volume_fraction}"
     script:
         "../../scripts/film.py"
 
@@ -61,6 +61,6 @@ rule movies:
     params:
         **given("movies", stages.movies(STUDY)),
     message:
-        "Movies of the train at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+        "Movies of the train at De{wildcards.deborah}_phi{wildcards.volume_fraction}"
     script:
         "../../scripts/movies.py"

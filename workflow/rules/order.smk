@@ -3,9 +3,9 @@
 
 rule order:
     input:
+        **({"simulated": f"{RESULTS}/design_map/design_map.nc"} if MAP else {}),
         table=TABLE,
         units=UNITS,
-        **({"simulated": f"{RESULTS}/design_map/design_map.nc"} if MAP else {}),
     output:
         result=f"{RESULTS}/order/order.nc",
         figure=report(

@@ -1,6 +1,5 @@
 """Look-up table of velocities, with its interpolation error."""
 
-
 if GIVEN_TABLE:
 
     rule given_table:

@@ -16,12 +16,12 @@ rule trains:
     conda:
         ENVIRONMENT
     resources:
-        **simulating_trains(STUDY.trains),
+        **simulating_trains(STUDY.trains, STUDY.trains.feed),
     params:
         **given("trains", stages.trains(STUDY)),
-        volume_fraction=lambda wildcards: [float(wildcards.volume_fraction)],
+        volume_fraction=lambda wildcards: [parse_fraction(wildcards.volume_fraction)],
     message:
-        "Simulating trains at De = {wildcards.deborah}, phi = {wildcards.volume_fraction}"
+        "Simulating trains at De{wildcards.deborah}_phi{wildcards.volume_fraction}"
     script:
         "../../scripts/trains.py"
 
@@ -29,14 +29,14 @@ rule trains:
 use rule trains as design_points with:
     output:
         trains=[
-            f"{RESULTS}/design_map/De{{deborah}}_phi{number_name(phi)}.nc"
+            f"{RESULTS}/design_map/De{{deborah}}_phi{fraction_name(phi, STUDY.map_feed)}.nc"
             for phi in MAP_FRACTIONS
         ],
     log:
         f"{LOGS}/design_map/De{{deborah}}.log",
     priority: 1
     resources:
-        **simulating_trains(STUDY.design_map, MAP_FRACTIONS),
+        **simulating_trains(STUDY.design_map, STUDY.map_feed, MAP_FRACTIONS),
     params:
         **given("trains", stages.design_points(STUDY)),
         volume_fraction=MAP_FRACTIONS,

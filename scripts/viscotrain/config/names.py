@@ -1,5 +1,7 @@
 """Names of files: numbers, geometries, points and trains, such as sp1.1_sfinf_De5."""
 
+FEED = "_feed"  # before a volume fraction that is poured in
+
 
 def number_name(value: float) -> str:
     """The shortest text that reads back as `value`, for file names: 5, 1.1, inf.
@@ -19,9 +21,19 @@ def point_name(sp: float, sf: float, deborah: float) -> str:
     return f"{geometry_name(sp, sf)}_De{number_name(deborah)}"
 
 
-def train_name(deborah: float, volume_fraction: float) -> str:
-    """File name of a train: De5_phi0.004."""
-    return f"De{number_name(deborah)}_phi{number_name(volume_fraction)}"
+def fraction_name(volume_fraction: float, feed: bool = False) -> str:
+    """A volume fraction in file names, after phi: 0.004 in the channel, _feed0.0066 poured in."""
+    return f"{FEED * feed}{number_name(volume_fraction)}"
+
+
+def parse_fraction(name: str) -> float:
+    """The volume fraction in a file name, of either kind, the inverse of `fraction_name`."""
+    return float(name.removeprefix(FEED))
+
+
+def train_name(deborah: float, volume_fraction: float, feed: bool = False) -> str:
+    """File name of a train: De5_phi0.004, or De5_phi_feed0.0066, as the study gives it."""
+    return f"De{number_name(deborah)}_phi{fraction_name(volume_fraction, feed)}"
 
 
 def parse_distance(name: str) -> float:

@@ -27,13 +27,29 @@ class TrainsConfig(Section):
         min_length=1,
         rule="each one of deborah.values, none twice",
     )
-    volume_fraction: ListOf[VolumeFraction] = key(
-        "volume fractions of the injected spheres; the mean spacing (2/3) (d/D)^2/phi "
+    volume_fraction: ListOf[VolumeFraction] | None = key(
+        "volume fractions of the spheres in the channel; the mean spacing (2/3) (d/D)^2/phi "
         "must exceed contact, 1",
         symbol="phi",
         unit="1",
+        default=None,
         min_length=1,
-        rule="none twice",
+        rule="at least 1, none twice; this one or trains.feed_volume_fraction",
+    )
+    feed_volume_fraction: ListOf[VolumeFraction] | None = key(
+        "the other way to say how much: volume fractions of what is poured in, larger by the "
+        "velocity of a single sphere in Ubar, 1.65 (De = 5) to 1.95 (De = 0) at d/D = 0.2",
+        symbol="phi_feed",
+        unit="1",
+        default=None,
+        min_length=1,
+        rule="at least 1, none twice; this one or trains.volume_fraction",
+    )
+    injection: Literal["uniform", "poisson"] = key(
+        "law of the intervals at which spheres enter. uniform: between contact and as much above "
+        "the mean, as in the original study; poisson: as in a real suspension, at random but "
+        "without overlap. It sets how even a train is from the start on",
+        default="uniform",
     )
     closure: Literal["every_sphere", "nearest"] = key(
         "every_sphere: each sphere feels all others that are near enough to matter; nearest: its "
@@ -56,6 +72,16 @@ class TrainsConfig(Section):
         default=1000,
         ge=1,
     )
+
+    @property
+    def fractions(self) -> tuple[float, ...]:
+        """Those of the channel or of the feed, whichever are given."""
+        return self.volume_fraction or self.feed_volume_fraction or ()
+
+    @property
+    def feed(self) -> bool:
+        """Whether they are those of the feed."""
+        return self.volume_fraction is None
 
 
 class GeometryConfig(Section):
@@ -146,10 +172,11 @@ class MoviesConfig(Section):
         default=None,
     )
     volume_fraction: ListOf[VolumeFraction] | None = key(
-        "volume fractions of the movies; null = trains.volume_fraction",
+        "volume fractions of the movies, of the channel or of the feed as those of the trains; "
+        "null = all",
         symbol="phi",
         unit="1",
-        rule="each one of trains.volume_fraction, none twice",
+        rule="each one of trains.volume_fraction or trains.feed_volume_fraction, none twice",
         default=None,
     )
     field_of_view: float | None = key(
@@ -186,9 +213,16 @@ class DesignMapConfig(Section):
         default=None,
     )
     volume_fraction: ListOf[VolumeFraction] | None = key(
-        "volume fractions of the map; null = 0.002, 0.004, 0.006 and 0.01, as far as their mean "
-        "spacing is at least 2 d and the channel holds a train",
+        "volume fractions of the map, in the channel; null = 0.002, 0.004, 0.006 and 0.01, as far "
+        "as their mean spacing is at least 2 d and the channel holds a train",
         symbol="phi",
+        unit="1",
+        rule="ascending",
+        default=None,
+    )
+    feed_volume_fraction: ListOf[VolumeFraction] | None = key(
+        "the same, of what is poured in, in place of design_map.volume_fraction",
+        symbol="phi_feed",
         unit="1",
         rule="ascending",
         default=None,

@@ -16,7 +16,7 @@ from typing import Any
 
 from viscotrain.config.wording import Problem, shown
 from viscotrain.fluid.parameters import mean_spacing
-from viscotrain.words import FEWEST_TRAIN_SPHERES
+from viscotrain.words import FASTEST, FEWEST_TRAIN_SPHERES
 
 INFINITY = math.inf  # the distance to a neighbour that does not exist
 
@@ -189,21 +189,56 @@ def _sphere_fits_tube(config: Readable) -> Iterator[Problem]:
         yield _conflict(("particle", "diameter"), d, f"less than channel.diameter, {shown(D)}")
 
 
-def _volume_fractions(config: Readable) -> Iterator[tuple[tuple, float]]:
-    """Location and value of all that are simulated."""
-    for key in ("trains.volume_fraction", "design_map.volume_fraction"):
-        with contextlib.suppress(_Unreadable):
-            yield from config.indexed(key)
+def _one_way_to_say_how_much(section: str, needed: bool):
+    """Volume fractions of the channel or of the feed: both never, none only where not needed."""
+    one, other = f"{section}.volume_fraction", f"{section}.feed_volume_fraction"
+
+    def check(config: Readable) -> Iterator[Problem]:
+        given = config.value(section)
+        if not isinstance(given, Mapping):
+            return
+        found = [key for key in (one, other) if given.get(key.rpartition(".")[2]) is not None]
+        if len(found) > 1:
+            yield Problem(tuple(one.split(".")), f"found with {other}; allowed: one of the two")
+        if needed and not found:
+            yield Problem(
+                tuple(one.split(".")),
+                f"missing; allowed: list of numbers in (0, 1), or {other} in its place",
+            )
+
+    return check
+
+
+def _movies_of_trains(config: Readable) -> Iterator[Problem]:
+    keys = "trains.volume_fraction", "trains.feed_volume_fraction"
+    given = [key for key in keys if _given(config, key)]
+    for key in given[:1]:
+        yield from _member("movies.volume_fraction", of=key)(config)
+
+
+def _given(config: Readable, key: str) -> bool:
+    with contextlib.suppress(_Unreadable):
+        return config.value(key) is not None
+    return False
+
+
+def _volume_fractions(config: Readable) -> Iterator[tuple[tuple, float, float]]:
+    """Location and value of all that are simulated, and U_p/Ubar at most: 1 for the channel's."""
+    for section in ("trains", "design_map"):
+        for key, ratio in (("volume_fraction", 1.0), ("feed_volume_fraction", FASTEST)):
+            with contextlib.suppress(_Unreadable):
+                for location, fraction in config.indexed(f"{section}.{key}"):
+                    yield location, fraction, ratio
 
 
 def _spheres_without_contact(config: Readable) -> Iterator[Problem]:
     beta = config.value("particle.diameter") / config.value("channel.diameter")
     if beta >= 1:
         return
-    for location, phi in _volume_fractions(config):
-        spacing = mean_spacing(beta, phi)
+    for location, phi, ratio in _volume_fractions(config):
+        spacing = ratio * mean_spacing(beta, phi)
         if spacing <= 1:
-            limit = mean_spacing(beta, 1)
+            limit = ratio * mean_spacing(beta, 1)
             yield _conflict(
                 location,
                 phi,
@@ -215,7 +250,7 @@ def _spheres_without_contact(config: Readable) -> Iterator[Problem]:
 def _channel_holds_train(config: Readable) -> Iterator[Problem]:
     length = config.value("channel.length")
     beta = config.value("particle.diameter") / config.value("channel.diameter")
-    fractions = [phi for _, phi in _volume_fractions(config)]
+    fractions = [phi for _, phi, _ in _volume_fractions(config)]  # of the feed: phi is less
     if beta >= 1 or not fractions:
         return
     phi = min(fractions)
@@ -257,7 +292,9 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _closed("table.sf"),
     _member("trains.deborah", of="deborah.values"),
     _unrepeated("trains.deborah"),
+    _one_way_to_say_how_much("trains", needed=True),
     _unrepeated("trains.volume_fraction"),
+    _unrepeated("trains.feed_volume_fraction"),
     _spheres_without_contact,
     _ascending("trains.stations"),
     _stations_in_channel,
@@ -266,12 +303,14 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _member("figures.field.deborah", of="deborah.values"),
     _member("movies.deborah", of="trains.deborah"),
     _unrepeated("movies.deborah"),
-    _member("movies.volume_fraction", of="trains.volume_fraction"),
+    _movies_of_trains,
     _unrepeated("movies.volume_fraction"),
     _view_in_channel,
     _member("design_map.deborah", of="deborah.values"),
     _ascending("design_map.deborah"),
+    _one_way_to_say_how_much("design_map", needed=False),
     _ascending("design_map.volume_fraction"),
+    _ascending("design_map.feed_volume_fraction"),
     _member("verification.closure.deborah", of="deborah.values"),
     _unrepeated("verification.closure.deborah"),
     _ascending("verification.closure.gaps"),

@@ -213,9 +213,17 @@ class TableSettings(Settings):
 
 
 class TrainsSettings(Settings):
-    """Trains in a channel of some length: lengths in D; stations ascending."""
+    """Trains in a channel of some length: lengths in D; stations ascending.
+
+    Attributes:
+        closure: Name of a closure.
+        injection: Name of the law of the intervals between injections.
+        feed: Whether volume fractions are those of what is poured in.
+    """
 
     closure: str
+    injection: str
+    feed: bool
     confinement: float
     length: float
     stations: tuple[float, ...]
@@ -261,13 +269,15 @@ class DesignMapSettings(Settings):
 
 
 class SchematicSettings(Settings):
-    """What is drawn to scale: distances in d, lengths in D."""
+    """What is drawn to scale: distances in d, lengths in D; a volume fraction, at one De."""
 
     confinement: float
     sp: tuple[float, ...]
     sf: tuple[float, ...]
     margin: float
     volume_fraction: float
+    feed: bool
+    deborah: float
     channel_length: float
 
 

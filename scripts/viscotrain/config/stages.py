@@ -149,6 +149,8 @@ def trains(study: Study) -> TrainsSettings:
     """Trains as the section `trains` asks for them."""
     return TrainsSettings(
         closure=study.trains.closure,
+        injection=study.trains.injection,
+        feed=study.trains.feed,
         confinement=study.confinement,
         length=study.channel.length,
         stations=study.trains.stations,
@@ -166,6 +168,7 @@ def design_points(study: Study) -> TrainsSettings:
             "stations": tuple(length * n / intervals for n in range(intervals + 1)),
             "repeats": study.design_map.repeats,
             "passages": study.design_map.passages,
+            "feed": study.map_feed,
         }
     )
 
@@ -218,7 +221,9 @@ def schematic(study: Study) -> SchematicSettings:
         sp=study.table.sp or DRAWN,
         sf=study.table.sf or DRAWN,
         margin=study.dns.margin,
-        volume_fraction=study.trains.volume_fraction[0],
+        volume_fraction=study.trains.fractions[0],
+        feed=study.trains.feed,
+        deborah=study.trains.deborah[0],
         channel_length=study.channel.length,
     )
 

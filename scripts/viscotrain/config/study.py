@@ -98,12 +98,12 @@ class Study(Section):
         return mean_spacing(self.confinement, volume_fraction)
 
     def movie_conditions(self) -> tuple[tuple[float, float], ...]:
-        """(De, volume fraction) of the trains that are filmed."""
+        """(De, volume fraction, as that of the trains) of the trains that are filmed."""
         deborah, phi = self.movies.deborah, self.movies.volume_fraction
         return tuple(
             itertools.product(
                 self.trains.deborah if deborah is None else deborah,
-                self.trains.volume_fraction if phi is None else phi,
+                self.trains.fractions if phi is None else phi,
             )
         )
 
@@ -113,14 +113,23 @@ class Study(Section):
         return chosen if self.movies.field_of_view is None else self.movies.field_of_view
 
     def map_conditions(self) -> tuple[tuple[float, float], ...]:
-        """(De, volume fraction) of the design map, the volume fraction running fastest."""
+        """(De, volume fraction, see `map_feed`) of the design map; the latter runs fastest."""
         deborah: Sequence[float] | None = self.design_map.deborah
-        phi: Sequence[float] | None = self.design_map.volume_fraction
         if deborah is None:
             deborah = [De for De in self.deborah.values if De > 0] or self.deborah.values
-        if phi is None:
-            phi = [phi for phi in MAP_VOLUME_FRACTIONS if self._suits_map(phi)]
-        return tuple(itertools.product(deborah, phi or sorted(self.trains.volume_fraction)))
+        given = self.design_map.feed_volume_fraction or self.design_map.volume_fraction
+        phi = self._usual_map() if given is None else given
+        return tuple(itertools.product(deborah, phi or sorted(self.trains.fractions)))
+
+    @property
+    def map_feed(self) -> bool:
+        """Whether the volume fractions of the design map are those of the feed."""
+        if self.design_map.volume_fraction is None and not self._usual_map():
+            return self.design_map.feed_volume_fraction is not None or self.trains.feed
+        return self.design_map.feed_volume_fraction is not None
+
+    def _usual_map(self) -> list[float]:
+        return [phi for phi in MAP_VOLUME_FRACTIONS if self._suits_map(phi)]
 
     def _suits_map(self, volume_fraction: float) -> bool:
         spacing = self.mean_spacing(volume_fraction)

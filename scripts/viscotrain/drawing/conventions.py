@@ -87,9 +87,18 @@ def scientific(value: float) -> str:
     return rf"{digits}$\cdot$10$^{{{int(power)}}}$"
 
 
-def conditions(deborah: float, confinement: float, volume_fraction: float | None = None) -> str:
+def conditions(deborah: float, confinement: float) -> str:
     """The conditions of a flow in words."""
-    words = [f"De = {deborah:g}", f"$d/D$ = {confinement:g}"]
-    if volume_fraction is not None:
-        words.append(rf"$\phi$ = {100 * volume_fraction:g} %")
-    return ",  ".join(words)
+    return f"De = {deborah:g},  $d/D$ = {confinement:g}"
+
+
+def train_conditions(data: xr.Dataset) -> str:
+    """The conditions of a train in words: of the flow, and how much enters by which law."""
+    flow = conditions(float(data["deborah"]), float(data["confinement"]))
+    return f"{flow},  {data.attrs['injection']} injection\n{amounts(data)}"
+
+
+def amounts(data: xr.Dataset) -> str:
+    """The volume fractions in the channel and in the feed in words."""
+    phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
+    return rf"$\phi$ = {phi:.3g} % in the channel, {feed:.3g} % in the feed"

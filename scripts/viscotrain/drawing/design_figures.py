@@ -25,6 +25,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
+from viscotrain.drawing.conventions import train_conditions
 from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import (
     BLUE,
@@ -39,14 +40,19 @@ from viscotrain.drawing.style import (
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.trains import design_map
 from viscotrain.trains.statistics import TOUCHING, touching
+from viscotrain.trains.variables import with_errors
 
 TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
 DARK = 0.55  # share of the colour map below which words in a cell are white
 CURVES = (
     ("spacing_variation", "CV of the\nspacing", 1),
     ("touching_share", "touching\nspheres [%]", 100),
-    ("spacing_mode", "mode of the\nspacing [$d$]", 1),
+    ("even_share", "spacings within\n20 % of mean [%]", 100),
 )
+AXES = {
+    "volume_fraction": r"volume fraction in the channel, $\phi$ [%]",
+    "feed_volume_fraction": r"volume fraction in the feed, $\phi_{feed}$ [%]",
+}
 
 # ------------------------------------------------------------------------------------ spacing law
 
@@ -75,28 +81,30 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
         own = data[data["deborah"] == De]
         x = own["volume_fraction_percent"] * 1.03 ** (n - (len(deborah) - 1) / 2)
         marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": "", "color": colour}
-        known = own["mean_spacing_d_halfwidth"].fillna(0)
+        known = own["mean_spacing_d_halfwidth"].fillna(0) + own["mean_spacing_d_model_error"]
         left.errorbar(x, own["mean_spacing_d"], known, lw=0.8, capsize=2, **marker)
         scaled = own["volume_fraction_percent"] / 100 / beta**2
         right.errorbar(
             x, own["mean_spacing_d"] * scaled, known * scaled, lw=0.8, capsize=2, **marker
         )
         handles.append(Line2D([], [], **marker))
-        labels.append(f"simulated, De = {De:g}")
+        ratio = float((own["feed_volume_fraction_percent"] / own["volume_fraction_percent"]).mean())
+        labels.append(rf"simulated, De = {De:g} ($\phi_{{feed}}$ = {ratio:.2f} $\phi$)")
     left.set(xscale="log", yscale="log", ylabel="mean spacing at the outlet, $s^*$ [$d$]")
     right.set(xscale="log", ylabel=r"$s^* \phi/\beta^2$")
     right.margins(y=0.3)
     for axes in (left, right):
-        axes.set(xlabel=r"volume fraction, $\phi$ [%]", xlim=(line[0], line[-1]))
-        axes.set_xticks(sorted(phi.unique()), [f"{value:g}" for value in sorted(phi.unique())])
+        axes.set(xlabel=AXES["volume_fraction"], xlim=(line[0], line[-1]))
+        ticks = np.unique([float(f"{value:.2g}") for value in phi])  # of a feed: several, close
+        axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
         axes.xaxis.set_minor_formatter(NullFormatter())
     left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     left.yaxis.set_minor_formatter(FuncFormatter(_one_digit))
     left.set_title(
         rf"spacing law $s^* \phi$ = $\phi_{{mp}} \beta^2$,  $d/D$ = {beta:g}", loc="left"
     )
-    right.set_title("the same, scaled (bars: 95 % confidence)", loc="left")
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, columnspacing=2)
+    right.set_title("the same, scaled (bars: sampling plus model error)", loc="left")
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, columnspacing=2)
     return Drawing(figure, data)
 
 
@@ -109,7 +117,8 @@ def _one_digit(value: float, _) -> str:
 def _law_data(dataset: xr.Dataset) -> pd.DataFrame:
     table = design_map.table(dataset)
     outlet = table[table["channel_length_D"] == table["channel_length_D"].max()]
-    kept = ["deborah", "volume_fraction_percent", "mean_spacing_d", "mean_spacing_d_halfwidth"]
+    kept = ["deborah", "volume_fraction_percent", "feed_volume_fraction_percent", "injection"]
+    kept += ["mean_spacing_d", "mean_spacing_d_halfwidth", "mean_spacing_d_model_error"]
     scaled = 100 * float(dataset["confinement"]) ** 2 / outlet["volume_fraction_percent"]
     return (
         outlet[kept]
@@ -130,60 +139,92 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
     """Measures at the outlet over (De, phi) as cells, and along the channel as curves."""
     deborah = dataset["deborah"].values
     rows = len(deborah)
-    cells, curves = 0.62 + 0.32 * rows, 1.05
-    figure = Figure(figsize=(PAGE, 0.75 + 2 * cells + 3 * curves), layout="constrained")
+    cells, curves = 0.62 + 0.42 * rows, 1.05
+    figure = Figure(figsize=(PAGE, 1.0 + 2 * cells + 3 * curves), layout="constrained")
     figure.get_layout_engine().set(hspace=0.04, h_pad=0.03)
     upper, lower = figure.subfigures(2, 1, height_ratios=[2 * cells, 3 * curves + 0.5])
-    _draw_cells(upper.subplots(2, 2, sharex=True, sharey=True), dataset)
+    _draw_cells(upper.subplots(2, 3, sharex=True, sharey=True), dataset)
     _draw_curves(lower, lower.subplots(3, rows, sharex=True, sharey="row", squeeze=False), dataset)
     length = float(dataset["station"][-1])
     figure.suptitle(
         f"$d/D$ = {float(dataset['confinement']):g},  "
         f"$D$ = {MICROMETRES * float(dataset['channel_diameter']):g} \N{MICRO SIGN}m,  "
-        f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm"
-        "  (\N{PLUS-MINUS SIGN} and bands: 95 % confidence)"
+        f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm,  "
+        f"{dataset.attrs['injection']} injection\n"
+        "(first \N{PLUS-MINUS SIGN}, bands: sampling error, 95 %; "
+        "second \N{PLUS-MINUS SIGN}: model error)"
     )
     return Drawing(figure, design_map.table(dataset))
 
 
 def _draw_cells(panels: NDArray, dataset: xr.Dataset):
-    outlet, end = dataset.isel(station=-1), float(dataset["length"][-1])
-    variation, mode = outlet["spacing_variation"].values, outlet["spacing_mode"].values
-    diameter = CENTIMETRES * float(dataset["channel_diameter"])
-    order = diameter * dataset["ordering_length"].values
-    titles = (
-        "CV of the spacing at the outlet",
-        "touching spheres at the outlet [%]",
-        "mode of the spacing at the outlet [$d$]",
-        f"length from which on CV \N{LESS-THAN OR EQUAL TO} "
-        f"{float(dataset['ordered_variation']):g} [cm]",
+    outlet = dataset.isel(station=-1).transpose("deborah", dataset.attrs["given"])
+    shown = (  # statistic, title, decimals, factor
+        ("spacing_variation", "CV of the spacing at the outlet", 3, 1),
+        ("even_share", "spacings within 20 % of mean [%]", 1, 100),
+        ("touching_share", "touching spheres at the outlet [%]", 1, 100),
+        ("spacing_mode", "mode of the spacing at the outlet [$d$]", 1, 1),
     )
-    touching_share = 100 * outlet["touching_share"].values
-    _draw_grid(
-        panels[0, 0],
-        variation,
-        _in_words(variation, 3, outlet["spacing_variation_halfwidth"].values),
-        cmap="viridis_r",
-    )
-    _draw_grid(
-        panels[0, 1],
-        touching_share,
-        _in_words(touching_share, 1, 100 * outlet["touching_share_halfwidth"].values),
-        cmap="viridis_r",
-    )
-    _draw_grid(panels[1, 0], mode, _in_words(mode, 1), cmap="viridis")
-    words = np.where(np.isinf(order), "not\nreached", _in_words(order, 1))
-    words[order == 0] = "from the\ninlet on"
-    _draw_grid(panels[1, 1], order, words, cmap="viridis_r", largest=end)
-    for axes, title in zip(panels.flat, titles, strict=True):
-        axes.set_title(title, loc="left", pad=4)
+    for axes, (name, title, decimals, factor) in zip(panels.flat, shown, strict=False):
+        values = factor * outlet[name].values
+        colours = "viridis" if name in ("even_share", "spacing_mode") else "viridis_r"
+        _draw_grid(axes, values, _in_words(outlet, name, decimals, factor), cmap=colours)
+        axes.set_title(title)
+    _draw_order(panels[1, 1], outlet, float(dataset["length"][-1]))
+    _draw_entry(panels[1, 2], outlet)
+    for axes in panels.flat:
+        axes.set_title(axes.get_title(), fontsize=7, loc="left", pad=4)
+        axes.set_title("")
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
     for axes in panels[-1]:
-        axes.set_xlabel(r"volume fraction, $\phi$ [%]")
-    phi = 100 * dataset["volume_fraction"].values
-    panels[0, 0].set_xticks(range(phi.size), [f"{value:g}" for value in phi])
+        axes.set_xlabel(AXES[dataset.attrs["given"]], fontsize=7)
+    fractions = 100 * dataset[dataset.attrs["given"]].values
+    panels[0, 0].set_xticks(range(fractions.size), [f"{value:g}" for value in fractions])
     panels[0, 0].set_yticks(range(dataset.sizes["deborah"]), _condition_names(dataset))
+
+
+def _draw_order(axes: Axes, outlet: xr.Dataset, end: float):
+    """The ordering length with the range that its errors leave; `end` is that of the channel."""
+    diameter = CENTIMETRES * float(outlet["channel_diameter"])
+    order, *ends = (
+        diameter * outlet[f"ordering_length{end}"].values for end in ("", "_earliest", "_latest")
+    )
+
+    def words(length, earliest, latest):
+        if math.isnan(length):
+            return ""
+        if length == latest == 0:
+            return "from the\ninlet on"
+        if math.isinf(earliest):
+            return "not\nreached"
+        low, high = (f"{x:.1f}" if math.isfinite(x) else "never" for x in (earliest, latest))
+        own = f"{length:.1f}" if math.isfinite(length) else "not\nreached"
+        return f"{own}\n{low} to {high}" if low != high else own
+
+    texts = np.vectorize(words, otypes=[object])(order, *ends)
+    _draw_grid(axes, order, texts, cmap="viridis_r", largest=end)
+    threshold = float(outlet["ordered_variation"])
+    axes.set_title(f"length from which on CV \N{LESS-THAN OR EQUAL TO} {threshold:g} [cm]")
+
+
+def _draw_entry(axes: Axes, outlet: xr.Dataset):
+    """The volume fraction that the axis does not show, spheres/s, and what the law makes."""
+    feed = outlet.attrs["given"] == "volume_fraction"
+    other = outlet["feed_volume_fraction" if feed else "volume_fraction"].values
+
+    def words(fraction, rate, variation, touching_share):
+        if math.isnan(fraction):
+            return ""
+        enter = f"{rate:.3g}/s\n" if math.isfinite(rate) else ""
+        return f"{100 * fraction:.3g} %\n{enter}CV {variation:.2f}\n{100 * touching_share:.1f} %"
+
+    names = ("sphere_rate", "spacing_variation_injected", "touching_share_injected")
+    own = (outlet[name].values for name in names)
+    texts = np.vectorize(words, otypes=[object])(other, *own)
+    _draw_grid(axes, np.where(np.isnan(other), np.nan, np.inf), texts, cmap="viridis")
+    name = r"\phi_{feed}" if feed else r"\phi"
+    axes.set_title(f"enter: ${name}$, per s, CV, touching")
 
 
 def _condition_names(dataset: xr.Dataset) -> list[str]:
@@ -197,25 +238,26 @@ def _condition_names(dataset: xr.Dataset) -> list[str]:
     return names
 
 
-def _in_words(values: NDArray, decimals: int, halfwidth: NDArray | float = math.nan) -> NDArray:
-    """Values with the half width of their confidence interval, in words; empty where unknown."""
-
-    def words(value, half):
-        band = f"\n\N{PLUS-MINUS SIGN} {half:.{decimals}f}" if math.isfinite(half) else ""
-        return f"{value:.{decimals}f}{band}" if math.isfinite(value) else ""
-
-    return np.vectorize(words, otypes=[object])(values, halfwidth)
+def _in_words(outlet: xr.Dataset, name: str, decimals: int, factor: float) -> NDArray:
+    """A statistic with both errors in words; empty where nothing was simulated."""
+    given = outlet.attrs["given"]
+    words = np.full((outlet.sizes["deborah"], outlet.sizes[given]), "", dtype=object)
+    for row, column in np.argwhere(np.isfinite(outlet["mean_spacing"].values)):
+        own = outlet.isel({"deborah": row, given: column})
+        text = with_errors(own, name, decimals, factor, "\n\N{PLUS-MINUS SIGN} ")
+        words[row, column] = text
+    return words
 
 
 def _draw_grid(
     axes: Axes, values: NDArray, words: NDArray, *, cmap: str, largest: float | None = None
 ):
-    """A cell per condition, coloured from 0 to the largest value; grey if infinite, none if NaN."""
+    """A cell per condition with its words, coloured from 0 to the largest value; else grey."""
     finite = values[np.isfinite(values)]
     norm = Normalize(0, largest or (float(finite.max(initial=0)) or 1))
     colours = matplotlib.colormaps[cmap]
     for (row, column), value in np.ndenumerate(values):
-        if math.isnan(value):
+        if not words[row, column]:
             continue
         face = colours(norm(value)) if math.isfinite(value) else PALE_GREY
         axes.add_patch(Rectangle((column - 0.48, row - 0.46), 0.96, 0.92, facecolor=face, lw=0))
@@ -226,27 +268,28 @@ def _draw_grid(
             words[row, column],
             ha="center",
             va="center",
-            fontsize=6,
+            fontsize=5.5,
             color="white" if brightness < DARK else "black",
         )
     axes.set(xlim=(-0.5, values.shape[1] - 0.5), ylim=(-0.5, values.shape[0] - 0.5))
 
 
 def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
-    z, phi = dataset["station"].values, dataset["volume_fraction"].values
+    given = dataset.attrs["given"]
+    z, phi = dataset["station"].values, dataset[given].values
     cm = 100 * CENTIMETRES * float(dataset["channel_diameter"])
     colours = _colours(phi.size)
     for column, De in enumerate(dataset["deborah"].values):
         for row, (name, label, factor) in enumerate(CURVES):
             axes = panels[row, column]
             for value, colour in zip(phi, colours, strict=True):
-                own = dataset.sel(deborah=De, volume_fraction=value)
+                own = dataset.sel({"deborah": De, given: value})
                 y = factor * own[name].values
                 axes.plot(z, y, color=colour, lw=1)
-                if f"{name}_halfwidth" in own:
-                    half = factor * own[f"{name}_halfwidth"].values
-                    axes.fill_between(z, y - half, y + half, color=colour, alpha=0.2, lw=0)
-            axes.set_ylim(bottom=0)
+                half = factor * own[f"{name}_halfwidth"].values
+                axes.fill_between(z, y - half, y + half, color=colour, alpha=0.2, lw=0)
+                error = factor * float(own[f"{name}_model_error"][-1])
+                axes.errorbar(z[-1], y[-1], error, color=colour, lw=2, clip_on=False)
             if column == 0:
                 axes.set_ylabel(label)
             axes.yaxis.set_major_locator(MaxNLocator(4))
@@ -256,10 +299,13 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
         bottom.set_xlim(z[0], z[-1])
         bottom.set_xlabel("length, $L$ [$D$]")
         bottom.xaxis.set_major_locator(MaxNLocator(4))
-    words = f"over the length of the channel (100 $D$ = {cm:.3g} cm)"
+    for axes in panels[:, 0]:  # rows share their axes
+        axes.set_ylim(bottom=0)
+    words = f"over the length of the channel (100 $D$ = {cm:.3g} cm; bars at its end: model error)"
     figure.suptitle(words, fontsize=matplotlib.rcParams["axes.titlesize"])
     handles = [Line2D([], [], color=colour) for colour in colours]
-    labels = [rf"$\phi$ = {100 * value:g} %" for value in phi]
+    symbol = r"\phi" if given == "volume_fraction" else r"\phi_{feed}"
+    labels = [f"${symbol}$ = {100 * value:g} %" for value in phi]
     handles.append(Line2D([], [], color=GREY, lw=0.8, ls="--"))
     labels.append("ordered below")
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 7))
@@ -278,8 +324,10 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     """
     frame = film.sizes["frame"] // 2
     names = ["position", "window_start", "time"]
-    scalars = ["field_of_view", "confinement", "volume_fraction", "deborah"]
+    scalars = ["field_of_view", "confinement", "deborah", "injection_rate"]
+    scalars += ["volume_fraction", "feed_volume_fraction"]
     data = film[[*names, *scalars]].isel(frame=frame)
+    data.attrs = {"injection": film.attrs["injection"]}
     data["channel_diameter"] = units["channel_diameter"].variable
     view, beta = float(data["field_of_view"]), float(data["confinement"])
     diameter = float(data["channel_diameter"])
@@ -312,10 +360,10 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     panels[0].text(low + length + 0.01 * view, 0.62, name, va="center")
     panels[0].text(1, 1.05, r"flow $\longrightarrow$", ha="right", transform=panels[0].transAxes)
     panels[-1].set_xlabel("position along the channel, $z$ [$D$]")
-    figure.suptitle(
-        f"De = {float(data['deborah']):g},  $d/D$ = {beta:g},  "
-        rf"$\phi$ = {100 * float(data['volume_fraction']):g} %,  all stations at the same moment"
-    )
+    seconds = float(units["time"].sel(deborah=float(data["deborah"])))
+    rate = float(data["injection_rate"]) / seconds
+    enter = f": {rate:.3g} spheres/s" if math.isfinite(rate) else ""
+    figure.suptitle(f"{train_conditions(data)}{enter},  all stations at the same moment")
     marks = [
         (Line2D([], [], ls="", marker="o", color=BLUE, ms=5), "sphere"),
         (

@@ -11,9 +11,15 @@ from viscotrain.drawing.design_figures import draw_design_map, spacing_law, stat
 from viscotrain.drawing.pair_velocities import pair_velocity
 from viscotrain.drawing.relative_velocities import relative_velocities
 from viscotrain.drawing.stress_field import stress_field
+from viscotrain.drawing.string_figures import strings
 from viscotrain.drawing.style import Drawing
 from viscotrain.drawing.train_figures import spacing, train
-from viscotrain.errors import ViscotrainError
+from viscotrain.errors import FluidError, ViscotrainError
+from viscotrain.fluid.parameters import DimensionlessFluid
+from viscotrain.fluid.pipe import pipe_flow
+from viscotrain.words import FASTEST
+
+OF_TRAINS = {"spacing": spacing, "strings": strings, "train": train}
 
 
 class FigureError(ViscotrainError, ValueError):
@@ -35,7 +41,7 @@ def draw_with(
         FigureError: There is no such figure, or it lacks a file.
     """
     if name == "schematic" and settings.schematic is not None:
-        return schematic.draw(schematic.geometry(settings.schematic))
+        return schematic.draw(schematic.geometry(settings.schematic, _on_the_axis(settings)))
     if name == "rheology" and settings.rheology is not None:
         fluid, rates = settings.rheology.known_fluid, settings.rheology.shear_rates()
         measured = rheology_figure.measured(source) if source else None
@@ -44,6 +50,18 @@ def draw_with(
         raise FigureError(f"{name} shows a file; found none")
     physical = xr.load_dataset(units) if units else None
     return draw(name, xr.load_dataset(source), settings.confinement, physical)
+
+
+def _on_the_axis(settings: FiguresSettings) -> float:
+    """Velocity on the axis, in Ubar, at the De of the schematic."""
+    assert settings.rheology is not None and settings.schematic is not None
+    fluid = settings.rheology.known_fluid
+    scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
+    De = settings.rheology.longest_modes()[settings.schematic.deborah]
+    try:
+        return pipe_flow(scaled, De).centreline_velocity
+    except FluidError:  # no unique flow; a drawing needs some velocity
+        return FASTEST
 
 
 def draw(
@@ -68,11 +86,10 @@ def draw(
         return pair_velocity(dataset, confinement)
     if name == "stress_field":
         return stress_field(dataset)
-    if re.fullmatch(f"spacing_De{number}_phi{number}", name):
-        return spacing(dataset)
-    if re.fullmatch(f"train_De{number}_phi{number}", name):
-        return train(dataset)
-    if re.fullmatch(f"stations_De{number}_phi{number}", name):
+    for figure, of_train in OF_TRAINS.items():
+        if re.fullmatch(f"{figure}_De{number}_phi(_feed)?{number}", name):
+            return of_train(dataset)
+    if re.fullmatch(f"stations_De{number}_phi(_feed)?{number}", name):
         if units is None:
             raise FigureError(f"{name} is drawn to scale; allowed: with the file units.nc")
         return stations(dataset, units)
@@ -82,5 +99,6 @@ def draw(
         return draw_design_map(dataset)
     raise FigureError(
         f"figure is {name!r}; allowed: relative_velocities_De*, pair_velocity, stress_field, "
-        "spacing_De*_phi*, train_De*_phi*, stations_De*_phi*, spacing_law, design_map"
+        "spacing_De*_phi*, strings_De*_phi*, train_De*_phi*, stations_De*_phi*, spacing_law, "
+        "design_map"
     )

@@ -8,7 +8,7 @@ import html
 import itertools
 import json
 import string
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +24,18 @@ from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes
+from viscotrain.trains.variables import with_errors
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PARTICLES
 
 GRID = 81  # points of the interpolant per axis
 DIGITS = 4  # significant ones of a velocity
+COLUMNS = {  # of the table of a train: statistic, decimals, factor
+    "mean spacing [d]": ("mean_spacing", 2, 1.0),
+    "most frequent [d]": ("spacing_mode", 1, 1.0),
+    "CV": ("spacing_variation", 3, 1.0),
+    "within 20 % of the mean [%]": ("even_share", 1, 100.0),
+    "touching spheres [%]": ("touching_share", 1, 100.0),
+}
 TEMPLATE = Path(__file__).with_suffix(".html")
 
 
@@ -55,7 +63,8 @@ def page(table: xr.Dataset, units: xr.Dataset, trains: Sequence[xr.Dataset], stu
             "text": ["\N{INFINITY}" if np.isinf(s) else f"{s:g}" for s in ticks],
         },
         "layers": list(_layers(table, grid)),
-        "trains": [_train(train, float(units["channel_diameter"])) for train in trains],
+        "columns": ["z [D]", *COLUMNS],
+        "trains": [_train(train, units) for train in trains],
     }
     return _Page(TEMPLATE.read_text(encoding="utf-8")).substitute(
         title=html.escape(f"viscotrain: study {study}"),
@@ -128,18 +137,47 @@ def _words(sp: float, sf: float, relative: float) -> str:
     return f"sp = {sp:g}, sf = {sf:g}: {value}"
 
 
-def _train(train: xr.Dataset, channel: float) -> dict:
+def _train(train: xr.Dataset, units: xr.Dataset) -> dict:
     """Tracks of successive spheres of the first repeat, against the position in the channel.
 
     Args:
         train: Result of `repeats.run_repeats`.
-        channel: Diameter in mm.
+        units: Result of `units.physical_units`.
     """
-    De, phi = float(train["deborah"]), float(train["volume_fraction"])
+    De, phi, feed = (
+        float(train[name]) for name in ("deborah", "volume_fraction", "feed_volume_fraction")
+    )
     stations = train["track_station"].values
+    channel = float(units["channel_diameter"])
     return {
-        "name": f"De = {De:g}, volume fraction {100 * phi:g} %",
+        "name": f"De = {De:g}, volume fraction {100 * phi:.3g} %, in the feed {100 * feed:.3g} %",
+        "entry": _entry(train, units),
+        "statistics": list(_statistics(train)),
         "stations": stations.round(3).tolist(),
         "centimetres": (CENTIMETRES * channel * stations).round(3).tolist(),
         "positions": train["track_position"].values.round(3).tolist(),
     }
+
+
+def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
+    """What enters, by which law, and what model errors are made of."""
+    De, rate = float(train["deborah"]), float(train["injection_rate"])
+    known = De > 0 and De in units["deborah"].values
+    enter = f"{rate:.3g} Ubar/D"
+    if known:
+        enter = f"{rate / float(units['time'].sel(deborah=De)):.3g} per second"
+    touching = 100 * float(train["touching_share_injected"])
+    return (
+        f"Spheres enter by the {train.attrs['injection']} law, {enter}: it makes a CV of "
+        f"{float(train['spacing_variation_injected']):.2f} and {touching:.1f} % touching spheres. "
+        f"Model errors from {train.attrs['model_error']}."
+    )
+
+
+def _statistics(train: xr.Dataset) -> Iterator[list[str]]:
+    """A row per station, with both errors."""
+    between = " \N{PLUS-MINUS SIGN} "
+    for n, station in enumerate(train["station"].values):
+        own = train.isel(station=n)
+        words = [with_errors(own, *how, between=between) for how in COLUMNS.values()]
+        yield [f"{station:g}", *words]

@@ -31,16 +31,23 @@ from viscotrain.drawing.style import BLUE, VERMILLION
 from viscotrain.trains.statistics import TOUCHING
 
 BAR_START = 190  # of the scale bar
-HEADER, TICKS, FOOT = 52, 42, 46  # heights above the channel, below it, and below that
+HEADER, TICKS, FOOT = 60, 42, 46  # heights above the channel, below it, and below that
 ROW_GAP = 34  # between the rows of the moving window
 
 
 def _conditions(data: xr.Dataset) -> str:
-    phi = 100 * float(data["volume_fraction"])
+    phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
     return (
         f"De = {float(data['deborah']):g}   d/D = {float(data['confinement']):g}   "
-        f"\N{GREEK SMALL LETTER PHI} = {phi:.4g} %"
+        f"\N{GREEK SMALL LETTER PHI} = {phi:.3g} %, feed {feed:.3g} %"
     )
+
+
+def _entry(data: xr.Dataset) -> str:
+    """How many spheres enter, by which law."""
+    rate = float(data["injection_rate"]) / float(data["time_scale"])
+    enter = f"{rate:.3g} spheres/s, " if math.isfinite(rate) else ""
+    return f"{enter}{data.attrs['injection']} injection"
 
 
 def _place(z: float, data: xr.Dataset) -> str:
@@ -98,7 +105,7 @@ def station_frames(
     below = HEADER + view.scale * REFERENCE_WIDTH / width
     canvas = Canvas.blank(width, below + TICKS + FOOT)
     time, speed = _clock(data, data["time"].values, frame_rate)
-    _head(canvas, _place(float(data["station"][station]), data), _conditions(data))
+    _head(canvas, _place(float(data["station"][station]), data), data)
     canvas.channel(view)
     _ticks(canvas, view, below, float(data["station"][station]))
     _foot(canvas, below + TICKS + FOOT / 2, data, speed)
@@ -137,8 +144,7 @@ def moving_frames(data: xr.Dataset, *, width: int, frame_rate: float) -> Iterato
     below = (views[-1].axis + views[-1].scale / 2) * REFERENCE_WIDTH / width + 10
     canvas = Canvas.blank(width, below + 2 * FOOT + 16)
     time, speed = _clock(data, data["moving_time"].values, frame_rate)
-    velocity = f"moving with the train, at {float(data['moving_velocity']):.3f} U\u0304"
-    _head(canvas, velocity, _conditions(data))
+    _head(canvas, f"moving along at {float(data['moving_velocity']):.3f} U\u0304", data)
     for view in views:
         canvas.channel(view)
         if view is not views[-1]:
@@ -169,9 +175,10 @@ def _timed(canvas: Canvas, words: str) -> NDArray:
     return np.array(canvas.image)
 
 
-def _head(canvas: Canvas, place: str, conditions: str):
+def _head(canvas: Canvas, place: str, data: xr.Dataset):
     canvas.text(16, HEADER / 2, place)
-    canvas.text(REFERENCE_WIDTH / 2, HEADER / 2, conditions, anchor="mm", size=SMALL_TEXT)
+    for share, words in ((0.28, _conditions(data)), (0.74, _entry(data))):
+        canvas.text(REFERENCE_WIDTH / 2, share * HEADER, words, anchor="mm", size=SMALL_TEXT)
 
 
 def _ticks(canvas: Canvas, view: View, below: float, station: float):

@@ -68,8 +68,7 @@ def _draw_one(left: Axes, right: Axes, own: xr.Dataset, n: int, colour):
     if "simulated_volume_fraction" not in own:
         return
     style = {"color": colour, "marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": ""}
-    at = 100 * own["simulated_volume_fraction"]
-    known = own["simulated_variation"].notnull()
+    at, known = 100 * own["simulated_volume_fraction"], own["simulated_variation"].notnull()
     right.plot(at[known], own["simulated_variation"][known], **style)
     lengths = np.interp(np.log(at), np.log(phi[::-1]), own["ordering_length"][::-1])
     left.plot(at[known], lengths[known], **style | {"mfc": "none"})
@@ -104,6 +103,13 @@ def _data(found: xr.Dataset, length: float, simulated: xr.Dataset | None) -> xr.
         return kept
     variation = simulated["spacing_variation"]
     ratio = variation.isel(station=-1) / variation.isel(station=0)
-    ratio = ratio.drop_vars("length", errors="ignore").reset_coords(drop=True)
-    ratio = ratio.rename(volume_fraction="simulated_volume_fraction")
-    return kept.assign(simulated_variation=ratio.reindex(deborah=found["deborah"].values))
+    phi = simulated["volume_fraction"].broadcast_like(ratio).transpose(*ratio.dims)
+    dims = {"deborah": simulated["deborah"].values}
+    shown = xr.Dataset(
+        {
+            "simulated_variation": (("deborah", "condition"), ratio.values),
+            "simulated_volume_fraction": (("deborah", "condition"), phi.values),
+        },
+        coords=dims,
+    )
+    return kept.merge(shown.reindex(deborah=found["deborah"].values))

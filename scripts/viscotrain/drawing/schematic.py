@@ -1,9 +1,8 @@
 """Schematic: the triplet and the train, to scale, from the geometry code and the config.
 
 Triplet: `geometry.Geometry` of one geometry of the table. Train: spheres at the inlet at random
-distances, as they are injected (uniform in an interval around the mean spacing), and at the outlet
-at the mean spacing. Diameters and distances are in proportion; the channel between inlet and
-outlet is left out.
+distances, as they are injected, and at the outlet at the mean spacing. Diameters and distances are
+in proportion; the channel between inlet and outlet is left out.
 """
 
 import math
@@ -36,12 +35,17 @@ ARROW = {
 FLOW = {"arrowstyle": "-|>", "lw": 1.2, "color": "black"}
 
 
-def geometry(study: SchematicSettings) -> xr.Dataset:
-    """Positions of the spheres that are drawn, in D; the middle sphere of the triplet is at 0."""
+def geometry(study: SchematicSettings, velocity: float) -> xr.Dataset:
+    """Positions of the spheres that are drawn, in D; the middle sphere of the triplet is at 0.
+
+    Args:
+        study: What is drawn.
+        velocity: Of spheres in Ubar, at the De of `study`, about that on the axis.
+    """
     sp, sf = (_typical(nodes, part) for nodes, part in ((study.sp, 3), (study.sf, 2)))
     triplet = Geometry.triplet(study.confinement, sp, sf, study.margin)
     middle = triplet.positions[triplet.spheres.index("middle")]
-    phi = study.volume_fraction
+    phi = study.volume_fraction / (velocity if study.feed else 1.0)
     spacing = mean_spacing(study.confinement, phi) * study.confinement
     shares = np.maximum(np.array(ENTERING) * spacing, 1.05 * study.confinement)
     leaving = study.channel_length - spacing * (0.4 + np.arange(LEAVING))[::-1]
@@ -56,6 +60,8 @@ def geometry(study: SchematicSettings) -> xr.Dataset:
         "sf": ((), sf),
         "mean_spacing": ((), spacing),
         "volume_fraction": ((), phi),
+        "feed_volume_fraction": ((), phi * velocity),
+        "deborah": ((), study.deborah),
         "channel_length": ((), study.channel_length),
     }
     texts = {
@@ -68,7 +74,10 @@ def geometry(study: SchematicSettings) -> xr.Dataset:
         "sp": "distance of middle to trailing sphere over sphere diameter",
         "sf": "distance of leading to middle sphere over sphere diameter",
         "mean_spacing": "mean distance in the train over channel diameter",
-        "volume_fraction": "volume fraction of spheres",
+        "volume_fraction": "volume fraction of spheres in the channel",
+        "feed_volume_fraction": "volume fraction of spheres in what is poured in, about: those on "
+        "the axis are 1 to 3 % slower than the flow there, if they are small",
+        "deborah": "Deborah number, as the study defines it",
         "channel_length": "length of the channel over its diameter",
     }
     data = xr.Dataset(values, coords={"sphere": list(triplet.spheres)})
@@ -190,11 +199,13 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     axes.text(end + 0.38, 0.12, "outflow", ha="center", fontsize=7)
     axes.text(entering[1:].mean(), -0.43, "enters at random distances", ha="center", fontsize=7)
     axes.text(last.mean(), -0.43, "ordered: the mean spacing", ha="center", fontsize=7)
-    phi, spacing = 100 * float(data["volume_fraction"]), float(data["mean_spacing"]) / beta
+    phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
+    spacing = float(data["mean_spacing"]) / beta
     title = (
-        f"train: $\\phi$ = {phi:g} %, mean spacing $s^*$ = "
-        f"$\\frac{{2}}{{3}}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (to scale; distances at the "
-        "inlet are an example)"
+        f"train: $\\phi$ = {phi:.3g} % in the channel (feed: about {feed:.2g} % at "
+        f"De = {float(data['deborah']):g}), $s^*$ = "
+        f"$\\frac{{2}}{{3}}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (distances at the inlet: "
+        "an example)"
     )
     axes.set_title(title, loc="left")
     axes.set(xlim=(-0.75, _train_width(data) - 0.75))

@@ -1,7 +1,7 @@
 """The figures of trains: distributions of spacings, and spheres along the channel."""
 
 import itertools
-import math
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -13,27 +13,39 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from viscotrain.drawing.conventions import conditions
+from viscotrain.drawing.conventions import train_conditions
 from viscotrain.drawing.style import BLUE, COLUMN, GREY, STYLE, VERMILLION, Drawing, styled
 from viscotrain.trains.repeats import moving_frame
 from viscotrain.trains.statistics import TOUCHING
+from viscotrain.trains.variables import with_errors
 
 DRAWN_LENGTH = 80.0  # of a train, in d
+WORDS = 2.0  # width of what is written beside a panel, in inches
+
+
+SCALARS = ["deborah", "confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"]
+
+
+def kept(trains: xr.Dataset, measures: Sequence[str], others: Sequence[str] = ()) -> xr.Dataset:
+    """What a figure shows of trains: measures with their errors, conditions, attributes of law."""
+    names = [f"{name}{end}" for name in measures for end in ("", "_halfwidth", "_model_error")]
+    data = trains[[*names, *others, *SCALARS]]
+    data.attrs = {name: trains.attrs[name] for name in ("injection", "model_error")}
+    return data
 
 
 @styled
 def spacing(trains: xr.Dataset) -> Drawing:
     """Distribution of the distances of successive spheres at each station, over all repeats."""
     measures = ["spacing_density", "mean_spacing", "spacing_mode", "spacing_variation"]
-    measures = [*measures, "touching_share"]
-    scalars = ["deborah", "confinement", "volume_fraction", "mean_spacing_law"]
-    kept = [name + end for name in measures for end in ("", "_halfwidth")] + scalars
-    data = trains[kept]
+    measures += ["even_share", "touching_share"]
+    injected = [f"{name}_injected" for name in measures if f"{name}_injected" in trains]
+    data = kept(trains, measures, ["mean_spacing_law", *injected])
     stations = data["station"].values
     centres = data["spacing_bin"].values
     width = float(data["spacing_bin"].attrs["bin_width"])
     edges = np.append(centres - width / 2, centres[-1] + width / 2)
-    figure = Figure(figsize=(COLUMN, 0.75 + 0.78 * len(stations)), layout="constrained")
+    figure = Figure(figsize=(COLUMN + WORDS, 1.2 + 0.8 * len(stations)), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.02, hspace=0.0)
     panels = figure.subplots(len(stations), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     law = float(data["mean_spacing_law"])
@@ -48,49 +60,52 @@ def spacing(trains: xr.Dataset) -> Drawing:
     panels[0].set_ylim(0.0, 1.05 * float(high.max()))
     panels[-1].set_xlabel("distance to the sphere ahead, $s^*$ [$d$]")
     figure.supylabel("probability density [$1/d$]", fontsize=STYLE["axes.labelsize"])
-    words = conditions(*(float(data[name]) for name in scalars[:3]))
-    figure.suptitle(words, fontsize=STYLE["axes.titlesize"])
+    figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
     entries = [(mean, rf"equally spaced: $\frac{{2}}{{3}}\,(d/D)^2/\phi$ = {law:.2f} $d$")]
+    entries += _keys(trains)
+    figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=2)
+    return Drawing(figure, data)
+
+
+def _keys(trains: xr.Dataset) -> list:
+    """Legend of the injection law, and of both errors, as far as they are known."""
+    variation = float(trains["spacing_variation_injected"])
+    law = f"as the {trains.attrs['injection']} injection makes it, CV {variation:.2f}"
+    entries: list = [(Line2D([], [], color=VERMILLION, lw=0.8, ls=(0, (1, 1))), law)]
     if (repeats := trains.sizes["repeat"]) > 1:
         band = Patch(facecolor=BLUE, alpha=0.3, lw=0)
-        entries.append((band, f"95 % band, {repeats} repeats"))
-    figure.legend(
-        *zip(*entries, strict=True), loc="outside lower center", ncols=2, columnspacing=1.2
-    )
-    return Drawing(figure, data)
+        sampling = f"sampling error (95 %, {repeats} repeats), first \N{PLUS-MINUS SIGN}"
+        entries.append((band, sampling))
+    model = Patch(facecolor=BLUE, alpha=0.6, lw=0)
+    return [*entries, (model, "model error (table and closure), last \N{PLUS-MINUS SIGN}")]
 
 
 def _draw_distribution(axes: Axes, station: xr.Dataset, edges: NDArray):
     density = station["spacing_density"].values
-    half = np.nan_to_num(station["spacing_density_halfwidth"].values)
-    low, high = np.maximum(density - half, 0), density + half
-    axes.stairs(high, edges, baseline=low, fill=True, color=BLUE, alpha=0.3, lw=0)
+    for end, alpha in (("_halfwidth", 0.3), ("_model_error", 0.6)):
+        half = np.nan_to_num(station[f"spacing_density{end}"].values)
+        low, high = np.maximum(density - half, 0), density + half
+        axes.stairs(high, edges, baseline=low, fill=True, color=BLUE, alpha=alpha, lw=0)
     axes.stairs(density, edges, color=BLUE, lw=1.0)
-    axes.text(
-        0.99,
-        0.98,
-        _measures(station),
-        ha="right",
-        va="top",
-        fontsize=6.5,
-        linespacing=1.25,
-        transform=axes.transAxes,
-    )
+    law = station["spacing_density_injected"].values
+    axes.stairs(law, edges, color=VERMILLION, lw=0.8, ls=(0, (1, 1)), baseline=None)
+    place = {"ha": "left", "va": "top", "transform": axes.transAxes}
+    axes.text(1.02, 1.0, _measures(station), fontsize=6.5, linespacing=1.3, **place)
 
 
 def _measures(station: xr.Dataset) -> str:
-    """Most frequent spacing, coefficient of variation, share of touching spheres, in words."""
+    """Mean and mode, how even spacings are, share of touching spheres, in words."""
 
     def words(name: str, decimals: int, factor: float = 1.0) -> str:
-        value, half = (factor * float(station[name + end]) for end in ("", "_halfwidth"))
-        known = f" \N{PLUS-MINUS SIGN} {half:.{decimals}f}" if math.isfinite(half) else ""
-        return f"{value:.{decimals}f}{known}"
+        return with_errors(station, name, decimals, factor, " \N{PLUS-MINUS SIGN} ")
 
+    mode = words("spacing_mode", 1)
     return (
-        f"$z$ = {float(station['station']):g} $D$\n"
-        f"mode {words('spacing_mode', 1)} $d$\n"
-        f"CV {words('spacing_variation', 2)}\n"
-        f"touching {words('touching_share', 1, 100)} %"
+        f"$z$ = {float(station['station']):g} $D$: mean {words('mean_spacing', 2)} $d$\n"
+        f"mode {'none: flat' if mode == 'flat' else f'{mode} $d$'}\n"
+        f"CV {words('spacing_variation', 3)}\n"
+        f"within 20 % of mean {words('even_share', 1, 100)} %\n"
+        f"touching spheres {words('touching_share', 1, 100)} %"
     )
 
 
@@ -98,8 +113,7 @@ def _measures(station: xr.Dataset) -> str:
 def train(trains: xr.Dataset) -> Drawing:
     """Successive spheres against channel position, in a frame that moves with them."""
     tracks = ["track_time", "track_position"]
-    scalars = ["deborah", "confinement", "volume_fraction"]
-    data = trains[[*tracks, *scalars]].transpose("track_sphere", "track_station")
+    data = kept(trains, [], tracks).transpose("track_sphere", "track_station")
     entered = data["track_position"].values[:, 0]
     data = data.isel(track_sphere=entered > entered[0] - DRAWN_LENGTH)
     z = data["track_station"].values
@@ -122,7 +136,7 @@ def train(trains: xr.Dataset) -> Drawing:
     axes.set(xlim=(z[0], z[-1]), ylim=(y.min() - 2, y.max() + 2))
     axes.set_xlabel("position along the channel, $z$ [$D$]")
     axes.set_ylabel("position in the frame of the train [$d$]\n(the flow is upwards)")
-    axes.set_title(conditions(*(float(data[name]) for name in scalars)))
+    axes.set_title(train_conditions(data))
     figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=3)
     return Drawing(figure, data)
 

@@ -5,7 +5,8 @@ of eta_0 in Pa s and lambda_1 in s, these are at De = lambda_1 Ubar/D
 
     Ubar = De D/lambda_1,    D/Ubar,    eta_0 Ubar/D,    and    Q = (pi/4) D^2 Ubar.
 
-Multiply a result by its factor. The factors that contain a velocity are NaN at De = 0, with or
+Multiply a result by its factor; divide a rate, such as the spheres per D/Ubar that enter, by the
+time. The factors that contain a velocity are NaN at De = 0, with or
 without modes: creeping Newtonian flow has no velocity scale of its own.
 """
 
@@ -28,7 +29,7 @@ FACTORS = {name: ("1", text) for name, text in DEBORAH_NUMBERS.items()} | {
     "channel_diameter": ("mm", "channel diameter, unit of lengths along the channel"),
     "particle_diameter": ("mm", "particle diameter, unit of distances"),
     "mean_velocity": ("m s-1", "mean velocity of the flow, unit of velocities"),
-    "time": ("s", "channel diameter over mean velocity, unit of times"),
+    "time": ("s", "channel diameter over mean velocity, unit of times; spheres/s: rate over it"),
     "flow_rate": ("uL min-1", "flow rate"),
     "stress": (
         "Pa",

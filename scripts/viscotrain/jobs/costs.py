@@ -75,11 +75,12 @@ class Work:
 def work_of(study: Study, results: Path) -> Work:
     """Count results that are there and were made with the present settings and code."""
     flows, there = simulated(study), outcomes(study, results)
-    trains = tuple(itertools.product(study.trains.deborah, study.trains.volume_fraction))
+    trains = tuple(itertools.product(study.trains.deborah, study.trains.fractions))
     settings, code = stages.trains(study), digest("trains")
 
-    def train_done(train) -> bool:
-        return made_with(results / "trains" / f"{train_name(*train)}.nc", settings, code)
+    def train_done(train: tuple[float, float]) -> bool:
+        name = train_name(*train, study.trains.feed)
+        return made_with(results / "trains" / f"{name}.nc", settings, code)
 
     work = Work(flows, there, trains, tuple(t for t in trains if not train_done(t)))
     # A table that changes repeats every train.
@@ -208,9 +209,14 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
         for geometry, deborahs in work.flows_left.items()
     ]
     mean = float(np.mean(each)) if each else 0.0
-    trains = [train_seconds(study, phi, study.trains) for _, phi in work.trains_left]
+    trains = [
+        train_seconds(study, phi, study.trains, study.trains.feed) for _, phi in work.trains_left
+    ]
     films = study.movie_conditions()
-    design_map = [train_seconds(study, phi, study.design_map) for _, phi in study.map_conditions()]
+    design_map = [
+        train_seconds(study, phi, study.design_map, study.map_feed)
+        for _, phi in study.map_conditions()
+    ]
     figures = len(study.deborah.values) + 2 * len(work.trains) + len(films) + 5
     jobs = len(work.flows_left) + len(trains)
     frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)

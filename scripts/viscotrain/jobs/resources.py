@@ -14,6 +14,7 @@ from pathlib import Path
 
 from viscotrain.config.outputs import DesignMapConfig, TrainsConfig
 from viscotrain.config.study import Study
+from viscotrain.words import FASTEST, repeated
 
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 MARGIN = 20.0
@@ -32,7 +33,7 @@ OTHERS = {
     "film": (1.7, 260),
     "movies": (7.9, 420),
     "design_map": (2.9, 280),
-    "order": (7.0, 300),
+    "order": (5.0, 300),
     "figures": (6.4, 310),
     "interactive": (1.3, 210),
     "summary": (0.9, 220),
@@ -92,9 +93,16 @@ def megabytes_for(resident: float, attempt: int = 1) -> int:
 
 
 def train_seconds(
-    study: Study, volume_fraction: float, runs: TrainsConfig | DesignMapConfig
+    study: Study,
+    volume_fraction: float,
+    runs: TrainsConfig | DesignMapConfig,
+    feed: bool = False,
 ) -> float:
-    """CPU seconds of all repeats of one train of a section of the config."""
-    inside = study.channel.length / (study.mean_spacing(volume_fraction) * study.confinement)
-    injected = inside + runs.passages
-    return runs.repeats * injected * (TRAIN["a"] + TRAIN["b"] * inside)
+    """CPU seconds of all repeats of one train of a section of the config, and of its model error.
+
+    Of a volume fraction in the feed as if spheres were as fast as they can be.
+    """
+    spacing = study.mean_spacing(volume_fraction / (FASTEST if feed else 1.0))
+    inside = study.channel.length / (spacing * study.confinement)
+    injected, again = inside + runs.passages, 2 * repeated(runs.repeats)
+    return (runs.repeats + again) * injected * (TRAIN["a"] + TRAIN["b"] * inside)

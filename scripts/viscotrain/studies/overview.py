@@ -33,14 +33,17 @@ def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
     ]
 
 
-def of_trains(trains: Sequence[Path], maps: Sequence[Path]) -> Iterator[str]:
+def of_trains(trains: Sequence[Path], maps: Sequence[Path], units: Path) -> Iterator[str]:
     """The headlines of trains and design maps."""
+    time = xr.load_dataset(units)["time"]
     for path in trains:
+        train = xr.load_dataset(path)
         yield f"  train           {path}"
-        yield f"{'':18}{repeats.headline(xr.load_dataset(path))}"
+        seconds = float(time.sel(deborah=float(train["deborah"])))
+        yield from (f"{'':18}{line}" for line in repeats.headline(train, seconds))
     for path in maps:
         yield f"  design map      {path}"
-        yield f"{'':18}{design_map.headline(xr.load_dataset(path))}"
+        yield from (f"{'':18}{line}" for line in design_map.headline(xr.load_dataset(path)))
 
 
 def of_pictures(figures: Sequence[Path], movies: Sequence[Path]) -> list[str]:

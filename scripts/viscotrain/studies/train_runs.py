@@ -5,6 +5,7 @@ import xarray as xr
 from viscotrain.config.settings import TrainsSettings
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import repeats
+from viscotrain.trains.model_error import interpolation_error
 
 
 def simulate(
@@ -15,6 +16,7 @@ def simulate(
         table.at(deborah),
         volume_fraction=volume_fraction,
         centreline_velocity=table.centreline_velocity(deborah),
+        interpolation_error=interpolation_error(table, deborah),
         **dict(settings),
     )
     return trains.assign(repeats.deborah_numbers(table, deborah))

@@ -104,6 +104,7 @@ class TripletVelocities:
         self.isolated = float(velocity[-1, -1, MIDDLE])
         self.slowest = float(min(velocity.min(), pairs.velocity.min()))
         alone = _Pair(pairs, self.isolated)
+        self.decay = alone.decay
         third = velocity[:-1, :-1] - alone.superposed(sp[:-1], sf[:-1])
         self._x_p = np.union1d(alone.x, _knots(sp[:-1], alone.decay))
         self._x_f = np.union1d(alone.x, _knots(sf[:-1], alone.decay))

@@ -7,15 +7,20 @@ the channel, come together with the numbers that one sets at the bench:
     Q = (pi/4) D^2 Ubar,    L = z,    dp(L) = (-dp/dz) L,
 
 with the pressure gradient of the undisturbed flow (`pipe`), which spheres of a volume fraction of
-a percent raise little. A channel that ends at z has at its outlet the spacings recorded at z.
+a percent raise little, and the spheres per second (`injection`). A channel that ends at z has the
+spacings recorded at z at its outlet.
+
+The volume fraction that the study gives, in the channel or in the feed, is a dimension; the other
+one follows at each De.
 
 **Ordering length.** The first position from which on, up to the last one recorded, the coefficient
 of variation of the spacing is not above a threshold; between two stations on the straight line
-through their values. It is 0 if the train enters so, and infinite if it is not so at the end.
+through their values. It is 0 if the train enters so, and infinite if it is not so at the end. The
+earliest and the latest one are those of the coefficient less and plus both its errors.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -25,9 +30,13 @@ from numpy.typing import ArrayLike, NDArray
 from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
+from viscotrain.trains.variables import with_errors
 
-MEASURES = ("mean_spacing", "spacing_variation", "touching_share")
-NAMES = tuple(name + end for name in MEASURES for end in ("", "_halfwidth"))
+MEASURES = ("mean_spacing", "spacing_mode", "spacing_variation", "even_share", "touching_share")
+ERRORS = ("_halfwidth", "_model_error")
+NAMES = tuple(name + end for name in MEASURES for end in ("", *ERRORS))
+OF_THE_LAW = ("spacing_variation_injected", "even_share_injected", "touching_share_injected")
+FRACTIONS = ("volume_fraction", "feed_volume_fraction")
 BAR = 1e-5  # of one Pa
 
 
@@ -73,38 +82,58 @@ def combine(
         attributes: Global attributes.
 
     Returns:
-        The measures of the spacing with their `_halfwidth`, `ordering_length` (deborah,
-        volume_fraction) in D, and physical numbers: `flow_rate` (deborah) in uL/min, `length`
-        (station) in cm, `pressure_drop` (deborah, station) in bar.
+        The measures of the spacing with their `_halfwidth` and `_model_error`, `ordering_length`
+        (deborah, volume_fraction) in D with `_earliest` and `_latest`, what the injection law
+        itself makes, and physical numbers: `flow_rate` (deborah) in uL/min, `sphere_rate`
+        (deborah, volume_fraction) in 1/s, `length` (station) in cm, `pressure_drop` (deborah,
+        station) in bar. Instead of `volume_fraction` it may be over `feed_volume_fraction`.
     """
-    z = points[0]["station"].values
+    text, given = points[0], str(points[0].attrs["given"])
+    z = text["station"].values
     deborah = sorted({float(point["deborah"]) for point in points})
-    phi = sorted({float(point["volume_fraction"]) for point in points})
-    values = _filled(points, deborah, phi)
-    order = np.apply_along_axis(
-        lambda variation: ordering_length(z, variation, ordered_variation),
-        -1,
-        values["spacing_variation"],
-    )
-    order[np.isnan(values["mean_spacing"]).all(axis=-1)] = math.nan  # not simulated
-    grid = ["deborah", "volume_fraction", "station"]
-    text = points[0]
+    fractions = sorted({float(point[given]) for point in points})
+    (other,) = set(FRACTIONS) - {given}
+    of_conditions = (other, "injection_rate", *OF_THE_LAW)
+    values = _filled(points, deborah, fractions, of_conditions)
+    grid = ["deborah", given, "station"]
+    dims = {name: grid for name in NAMES} | {name: grid[:2] for name in of_conditions}
+    scales = units.sel(deborah=deborah)
+    rate = values["injection_rate"] / scales["time"].values[:, None]
     return xr.Dataset(
-        {name: (grid, values[name], dict(text[name].attrs)) for name in NAMES}
+        {name: (dims[name], values[name], dict(text[name].attrs)) for name in values}
         | {
-            "spacing_mode": (grid, values["spacing_mode"], _words("1", MODE)),
-            "ordering_length": (grid[:2], order, _words("1", ORDERING_LENGTH)),
+            name: (grid[:2], order, _words("1", ORDERING_LENGTH))
+            for name, order in _ordering_lengths(z, values, ordered_variation).items()
+        }
+        | {
             "ordered_variation": ((), ordered_variation, _words("1", THRESHOLD)),
             "confinement": text["confinement"],
+            "sphere_rate": (grid[:2], rate, _words("s-1", SPHERE_RATE)),
         }
-        | _physical(units.sel(deborah=deborah), fluid, z),
+        | _physical(scales, fluid, z),
         coords={
             "deborah": (grid[0], deborah, dict(text["deborah"].attrs)),
-            "volume_fraction": (grid[1], phi, dict(text["volume_fraction"].attrs)),
+            given: (given, fractions, dict(text[given].attrs)),
             "station": text["station"],
         },
-        attrs=dict(attributes or {}),
-    ).set_coords("length")
+        attrs=dict(attributes or {}) | {name: text.attrs[name] for name in KEPT},
+    ).set_coords(["length", other])
+
+
+def _ordering_lengths(
+    z: NDArray, values: Mapping[str, NDArray], threshold: float
+) -> dict[str, NDArray]:
+    """The ordering length of each condition, and the earliest and the latest that it may be."""
+    variation = values["spacing_variation"]
+    error = sum(np.nan_to_num(values[f"spacing_variation{end}"]) for end in ERRORS)
+    missing = np.isnan(values["mean_spacing"]).all(axis=-1)  # not simulated
+    found = {}
+    for end, sign in (("", 0), ("_earliest", -1), ("_latest", 1)):
+        order = np.apply_along_axis(
+            lambda own: ordering_length(z, own, threshold), -1, variation + sign * error
+        )
+        found[f"ordering_length{end}"] = np.where(missing, math.nan, order)
+    return found
 
 
 def _physical(units: xr.Dataset, fluid: DimensionlessFluid, z: NDArray) -> dict[str, xr.Variable]:
@@ -126,16 +155,18 @@ def _physical(units: xr.Dataset, fluid: DimensionlessFluid, z: NDArray) -> dict[
     }
 
 
-def _filled(points: Sequence[xr.Dataset], deborah: list, phi: list) -> dict[str, NDArray]:
-    """Measures on the grid of conditions; NaN where none is."""
-    z = points[0]["station"].values
-    names = [*NAMES, "spacing_mode"]
-    values = {name: np.full((len(deborah), len(phi), z.size), np.nan) for name in names}
+def _filled(
+    points: Sequence[xr.Dataset], deborah: list, fractions: list, of_conditions: Sequence[str]
+) -> dict[str, NDArray]:
+    """Measures on the grid of conditions, and what each condition has; NaN where none is."""
+    given, stations = str(points[0].attrs["given"]), points[0].sizes["station"]
+    shape = len(deborah), len(fractions)
+    values = {name: np.full((*shape, stations), np.nan) for name in NAMES}
+    values |= {name: np.full(shape, np.nan) for name in of_conditions}
     for point in points:
-        at = deborah.index(float(point["deborah"])), phi.index(float(point["volume_fraction"]))
-        for name in NAMES:
+        at = deborah.index(float(point["deborah"])), fractions.index(float(point[given]))
+        for name in values:
             values[name][at] = point[name].values
-        values["spacing_mode"][at] = pooled_mode(point)
     return values
 
 
@@ -143,24 +174,25 @@ ORDERING_LENGTH = (
     "first position over channel diameter from which on the coefficient of variation of the "
     "spacing is not above ordered_variation; inf: it is above at the outlet"
 )
-MODE = "most frequent spacing of all repeats together, centre of the highest bin"
+SPHERE_RATE = "spheres that enter in a second"
+KEPT = ("given", "injection")  # attributes of trains
 LENGTH = "position along the channel, the length of one that ends there"
 PRESSURE_DROP = "pressure drop of the flow without spheres, from the inlet to the position"
 THRESHOLD = "coefficient of variation of the spacing of a train that counts as ordered"
 
 
-def pooled_mode(point: xr.Dataset) -> NDArray:
-    """Most frequent spacing of all repeats together, in d, shape (station,).
-
-    Repeats have the same number of spheres, so the mean of their densities is the density of all;
-    its mode scatters less than the modes of the repeats.
-    """
-    density = point["spacing_density"].transpose("station", "spacing_bin").values
-    return point["spacing_bin"].values[density.argmax(axis=-1)]
-
-
 def _words(units: str, long_name: str) -> dict[str, str]:
     return {"long_name": long_name, "units": units}
+
+
+def conditions(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
+    """The parts of the map that were simulated, by De and, fastest, volume fraction."""
+    given = dataset.attrs["given"]
+    for De in dataset["deborah"].values:
+        for fraction in dataset[given].values:
+            own = dataset.sel({"deborah": De, given: fraction})
+            if np.isfinite(own["mean_spacing"]).any():
+                yield own
 
 
 def table(dataset: xr.Dataset) -> pd.DataFrame:
@@ -169,51 +201,58 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     Args:
         dataset: Result of `combine`.
     """
-    diameter = MICROMETRES * float(dataset["particle_diameter"])
-    cm = CENTIMETRES * float(dataset["channel_diameter"])
-    rows = []
-    for De in dataset["deborah"].values:
-        for phi in dataset["volume_fraction"].values:
-            own = dataset.sel(deborah=De, volume_fraction=phi)
-            if not np.isfinite(own["mean_spacing"]).any():
-                continue
-            order = float(own["ordering_length"])
-            rows.append(
-                pd.DataFrame(
-                    {
-                        "deborah": De,
-                        "flow_rate_uL_per_min": float(own["flow_rate"]),
-                        "volume_fraction_percent": 100 * phi,
-                        "channel_length_D": own["station"].values,
-                        "channel_length_cm": own["length"].values,
-                        "pressure_drop_bar": own["pressure_drop"].values,
-                        "mean_spacing_d": own["mean_spacing"].values,
-                        "mean_spacing_d_halfwidth": own["mean_spacing_halfwidth"].values,
-                        "mean_spacing_um": diameter * own["mean_spacing"].values,
-                        "spacing_mode_d": own["spacing_mode"].values,
-                        "spacing_mode_um": diameter * own["spacing_mode"].values,
-                        "spacing_variation": own["spacing_variation"].values,
-                        "spacing_variation_halfwidth": own["spacing_variation_halfwidth"].values,
-                        "touching_share_percent": 100 * own["touching_share"].values,
-                        "touching_share_percent_halfwidth": 100
-                        * own["touching_share_halfwidth"].values,
-                        "ordering_length_D": order,
-                        "ordering_length_cm": cm * order,
-                    }
-                )
-            )
-    return pd.concat(rows, ignore_index=True)
+    return pd.concat(map(_rows, conditions(dataset)), ignore_index=True)
 
 
-def headline(dataset: xr.Dataset) -> str:
-    """The condition with the most even spacing at the outlet, in one line of text."""
-    last = dataset["spacing_variation"].isel(station=-1)
-    De, phi = (int(n) for n in np.unravel_index(np.nanargmin(last.values), last.shape))
-    best = dataset.isel(deborah=De, volume_fraction=phi)
-    ordered = int(np.isfinite(dataset["ordering_length"]).sum())
-    return (
+def _rows(own: xr.Dataset) -> pd.DataFrame:
+    """The rows of one condition."""
+    diameter = MICROMETRES * float(own["particle_diameter"])
+    cm = CENTIMETRES * float(own["channel_diameter"])
+    columns = {
+        "deborah": float(own["deborah"]),
+        "flow_rate_uL_per_min": float(own["flow_rate"]),
+        "volume_fraction_percent": 100 * float(own["volume_fraction"]),
+        "feed_volume_fraction_percent": 100 * float(own["feed_volume_fraction"]),
+        "spheres_per_second": float(own["sphere_rate"]),
+        "injection": own.attrs["injection"],
+        "channel_length_D": own["station"].values,
+        "channel_length_cm": own["length"].values,
+        "pressure_drop_bar": own["pressure_drop"].values,
+    }
+    for name, column, factor in COLUMNS:
+        for end in ("", *ERRORS):
+            columns[column + end] = factor * own[name + end].values
+        if f"{name}_injected" in own:
+            columns[f"{column}_injected"] = factor * float(own[f"{name}_injected"])
+    for name in ("mean_spacing", "spacing_mode"):
+        columns[f"{name}_um"] = diameter * own[name].values
+    for end in ("", "_earliest", "_latest"):
+        length = float(own[f"ordering_length{end}"])
+        columns |= {f"ordering_length{end}_D": length, f"ordering_length{end}_cm": cm * length}
+    return pd.DataFrame(columns)
+
+
+COLUMNS = (  # of the table: measure, its name there, factor
+    ("mean_spacing", "mean_spacing_d", 1),
+    ("spacing_mode", "spacing_mode_d", 1),
+    ("spacing_variation", "spacing_variation", 1),
+    ("even_share", "even_share_percent", 100),
+    ("touching_share", "touching_share_percent", 100),
+)
+
+
+def headline(dataset: xr.Dataset) -> list[str]:
+    """The condition with the most even spacing at the outlet, in lines of text."""
+    outlets = [own.isel(station=-1) for own in conditions(dataset)]
+    best = min(outlets, key=lambda own: float(own["spacing_variation"]))
+    ordered = sum(math.isfinite(own["ordering_length"]) for own in outlets)
+    rate = float(best["sphere_rate"])
+    enter = f", {rate:.3g} spheres/s" if math.isfinite(rate) else ""
+    return [
         f"ordered (coefficient of variation up to {float(dataset['ordered_variation']):g}) at "
-        f"{ordered} of {int(np.isfinite(last).sum())} conditions; the most even train, "
-        f"{float(best['spacing_variation'][-1]):.2f}, at De = {float(best['deborah']):g}, "
-        f"phi = {100 * float(best['volume_fraction']):g} %"
-    )
+        f"{ordered} of {len(outlets)} conditions, {dataset.attrs['injection']} injection;",
+        f"the most even train, {with_errors(best, 'spacing_variation', 3)} (sampling, model), "
+        f"at De = {float(best['deborah']):g},",
+        f"phi = {100 * float(best['volume_fraction']):.3g} %, in the feed "
+        f"{100 * float(best['feed_volume_fraction']):.3g} %{enter}",
+    ]

@@ -21,14 +21,18 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from viscotrain.trains.closures import CLOSURES, Velocities
+from viscotrain.trains.condition import generator
 from viscotrain.trains.recording import record_train
-from viscotrain.trains.repeats import generator, tracked_velocity
+from viscotrain.trains.repeats import tracked_velocity
 from viscotrain.trains.variables import described
 
 LARGEST_ROWS = 4  # of the window that moves along
 MARGIN = 2.0  # beyond a window, in d: enough to see whether a sphere at its edge touches another
 POSITIONS = "position over channel diameter, the trailing sphere first; NaN: none"
-SCALARS = ("confinement", "volume_fraction", "channel_length", "deborah")
+SCALARS = (
+    *("confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"),
+    *("channel_length", "deborah"),
+)
 
 
 def film(
@@ -84,7 +88,8 @@ def film(
     for name in SCALARS:
         dataset[name] = train[name]
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
-    dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:g}"
+    dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:.3g}"
+    dataset.attrs |= {name: train.attrs[name] for name in ("given", "injection")}
     return dataset
 
 
@@ -144,7 +149,7 @@ def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> lis
         CLOSURES[train.attrs["closure"]](velocities),
         confinement=beta,
         volume_fraction=float(train["volume_fraction"]),
-        centreline_velocity=float(train["centreline_velocity"]),
+        injection=train.attrs["injection"],
         length=length,
         stations=[length],
         passages=1,

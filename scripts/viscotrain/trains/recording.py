@@ -170,7 +170,7 @@ def record_train(
     *,
     confinement: float,
     volume_fraction: float,
-    centreline_velocity: float,
+    injection: str = "uniform",
     length: float,
     stations: Sequence[float] | NDArray,
     passages: int,
@@ -183,8 +183,8 @@ def record_train(
     Args:
         closure: Velocities of trains.
         confinement: beta = d/D.
-        volume_fraction: phi.
-        centreline_velocity: U_max in Ubar.
+        volume_fraction: phi, in the channel.
+        injection: Name of one of `injection.INJECTIONS`.
         length: Length of the channel in D.
         stations: Positions in D, ascending, in [0, length].
         passages: Spheres to record.
@@ -199,9 +199,10 @@ def record_train(
     """
     places = _checked(stations, length)
     law = injection_law(
+        injection=injection,
         confinement=confinement,
         volume_fraction=volume_fraction,
-        centreline_velocity=centreline_velocity,
+        velocity=closure.isolated,
         slowest=closure.slowest,
     )
     channel = Channel(closure, confinement, tolerance)

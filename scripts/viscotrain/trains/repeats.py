@@ -1,19 +1,21 @@
 """What the trains stage stores: all repeats of one condition as a dataset, and it in words."""
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains.closures import CLOSURES, Closure, Velocities
-from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
-from viscotrain.trains.statistics import statistics
-from viscotrain.trains.variables import described
-from viscotrain.words import DEBORAH_NUMBERS
+from viscotrain.trains import model_error
+from viscotrain.trains.closures import CLOSURES, Velocities
+from viscotrain.trains.condition import Condition, baseline, model_errors
+from viscotrain.trains.injection import channel_volume_fraction, feed_volume_fraction
+from viscotrain.trains.recording import SNAPSHOTS, Record
+from viscotrain.trains.statistics import MODE, statistics
+from viscotrain.trains.variables import described, with_errors
+from viscotrain.words import DEBORAH_NUMBERS, repeated
 
 TRACKED_SPHERES = 40
 TRACK_STATIONS = 81  # evenly from inlet to outlet
@@ -25,20 +27,34 @@ BALANCE = {
     "remaining": "spheres in the channel at the end",
     "delayed": "injections that waited for room",
 }
+FEED, CHANNEL = "feed_volume_fraction", "volume_fraction"
+SCALARS = {
+    "confinement": "sphere over channel diameter",
+    CHANNEL: "volume fraction of spheres in the channel",
+    FEED: "volume fraction of spheres in what is poured in",
+    "injection_rate": "spheres that enter in a time of channel diameter over mean velocity",
+    "centreline_velocity": "U_max of the undisturbed flow",
+    "isolated_velocity": "velocity of a single sphere",
+    "channel_length": "length of the channel over its diameter",
+    "mean_spacing_law": "spacing of an equally spaced train, (2/3) beta^2/phi",
+}
 
 
 def run_repeats(
     velocities: Velocities,
     *,
     closure: str = "every_sphere",
+    injection: str = "uniform",
     confinement: float,
     volume_fraction: float,
+    feed: bool = False,
     centreline_velocity: float,
     length: float,
     stations: Sequence[float],
     passages: int,
     repeats: int,
     seed: int,
+    interpolation_error: float = math.nan,
     attributes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Simulate all repeats at one Deborah number and volume fraction, with their statistics.
@@ -46,57 +62,63 @@ def run_repeats(
     Args:
         velocities: Velocities of triplets.
         closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
+        injection: Name of one of `INJECTIONS`, the law of the intervals.
         confinement: beta = d/D.
-        volume_fraction: phi.
+        volume_fraction: phi in the channel, or phi_feed.
+        feed: Whether the volume fraction is that of what is poured in.
         centreline_velocity: U_max in Ubar.
         length: Length of the channel in D.
         stations: Positions in D, ascending, in [0, length].
         passages: Spheres to record in each repeat.
         repeats: Independent trains.
         seed: Seed of all of them.
+        interpolation_error: That of `model_error.interpolation_error`, in Ubar; NaN: not known.
         attributes: Global attributes.
     """
-    places = np.asarray(stations, dtype=float)
-    conditions: dict[str, Any] = {
-        "confinement": confinement,
-        "volume_fraction": volume_fraction,
-        "centreline_velocity": centreline_velocity,
-    }
+    places, closed = np.asarray(stations, dtype=float), CLOSURES[closure](velocities)
+    given, U = volume_fraction, closed.isolated
+    phi = channel_volume_fraction(given, U) if feed else given
+    own = Condition(closed, injection, confinement, phi, length, passages, seed)
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
-    closed = CLOSURES[closure](velocities)
-    records = [
-        record_train(
-            closed,
-            **conditions,
-            length=length,
-            stations=places if repeat else np.union1d(places, track_stations),
-            passages=passages,
-            rng=generator(seed, repeat),
-        )
-        for repeat in range(repeats)
-    ]
+    everywhere = np.union1d(places, track_stations)
+    records = [own.record(n, places if n else everywhere) for n in range(repeats)]
     track_time = _apart(records[0], places, track_stations)
     tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
-    law = mean_spacing(confinement, volume_fraction)
-    dataset = xr.merge([_results(records, places, law), tracks])
-    for name, value, long_name in _scalars(closed, **conditions, length=length):
-        dataset[name] = described(value, [], long_name)
-    dataset.attrs = dict(attributes or {}) | {"seed": seed, "closure": closure}
+    dataset = xr.merge([_results(records, places, own.mean_spacing), tracks])
+    others = model_error.variants(velocities, closure, closed, interpolation_error)
+    dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
+    dataset = dataset.assign(_scalars(own, centreline_velocity))
+    if feed:
+        dataset[FEED].values = np.array(given)  # as it is written, not to a rounding error
+    dataset.attrs = dict(attributes or {}) | {
+        "seed": seed,
+        "closure": closure,
+        "injection": injection,
+        "given": FEED if feed else CHANNEL,
+        "model_error": model_error.in_words(interpolation_error, repeated(repeats)),
+    }
     return dataset
+
+
+def _scalars(own: Condition, centreline_velocity: float) -> dict[str, xr.Variable]:
+    """What does not vary within a train."""
+    values = {
+        "confinement": own.confinement,
+        CHANNEL: own.volume_fraction,
+        FEED: feed_volume_fraction(own.volume_fraction, own.closure.isolated),
+        "injection_rate": 1 / own.law.mean,
+        "centreline_velocity": centreline_velocity,
+        "isolated_velocity": own.closure.isolated,
+        "channel_length": own.length,
+        "mean_spacing_law": own.mean_spacing,
+    }
+    return {name: described(value, [], SCALARS[name]) for name, value in values.items()}
 
 
 def deborah_numbers(table: VelocityTable, deborah: float) -> dict[str, xr.Variable]:
     """Deborah numbers of a flow of the table, in all definitions, as variables of a train."""
     flow = table.dataset.isel(deborah=table.index(deborah))
     return {name: described(flow[name].values, [], text) for name, text in DEBORAH_NUMBERS.items()}
-
-
-def generator(seed: int, repeat: int) -> np.random.Generator:
-    """Source of the random numbers of one repeat, which depends on (seed, repeat) only.
-
-    So more repeats leave the earlier ones as they were, bit by bit.
-    """
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,)))
 
 
 def _results(records: Sequence[Record], stations: NDArray, law: float) -> xr.Dataset:
@@ -113,25 +135,6 @@ def _apart(record: Record, stations: NDArray, track_stations: NDArray) -> NDArra
     asked = everywhere.searchsorted(stations)
     record.spacing, record.passage_time = record.spacing[asked], record.passage_time[asked]
     return time
-
-
-def _scalars(
-    closure: Closure,
-    confinement: float,
-    volume_fraction: float,
-    centreline_velocity: float,
-    length: float,
-) -> list[tuple[str, float, str]]:
-    """Name, value and meaning of the conditions."""
-    law = mean_spacing(confinement, volume_fraction)
-    return [
-        ("confinement", confinement, "sphere over channel diameter"),
-        ("volume_fraction", volume_fraction, "volume fraction of spheres"),
-        ("centreline_velocity", centreline_velocity, "U_max of the undisturbed flow"),
-        ("isolated_velocity", closure.isolated, "velocity of a single sphere"),
-        ("channel_length", length, "length of the channel over its diameter"),
-        ("mean_spacing_law", law, "spacing of an equally spaced train, (2/3) beta^2/phi"),
-    ]
 
 
 def _passages(records: Sequence[Record], stations: NDArray) -> xr.Dataset:
@@ -260,29 +263,57 @@ def _mean_velocity(stations: NDArray, time: NDArray) -> float:
     return (stations[-1] - stations[0]) / np.mean(time[:, -1] - time[:, 0])
 
 
+IN_WORDS = {  # by column: statistic, decimals, factor
+    "mean spacing/d": ("mean_spacing", 2, 1.0),
+    "most frequent/d": (MODE, 1, 1.0),
+    "variation": ("spacing_variation", 3, 1.0),
+    "within 20 %/%": ("even_share", 1, 100.0),
+    "touching/%": ("touching_share", 1, 100.0),
+}
+
+
+def amount(trains: xr.Dataset) -> str:
+    """How much enters, and how, in words."""
+    return (
+        f"phi = {100 * float(trains[CHANNEL]):.3g} % in the channel, "
+        f"{100 * float(trains[FEED]):.3g} % in the feed, {trains.attrs['injection']} injection"
+    )
+
+
 def summary(trains: xr.Dataset) -> str:
     """The result of `run_repeats` in a few lines of text."""
     counts = {name: int(trains[f"{name}_count"].sum()) for name in BALANCE}
     lines = [
         ", ".join(f"{count} {name}" for name, count in counts.items()),
+        f"{amount(trains)}: {float(trains['injection_rate']):.3g} Ubar/D",
         f"mean spacing of an equally spaced train: {float(trains['mean_spacing_law']):.3f} d",
-        "station/D   mean spacing/d      most frequent/d     variation           touching",
+        "each +- sampling error (95 %) +- model error",
+        f"model error from {trains.attrs['model_error']}",
+        "station/D   " + "".join(f"{words:<25}" for words in IN_WORDS).rstrip(),
     ]
     for n, station in enumerate(trains["station"].values):
-        words = [
-            f"{float(trains[name][n]):.3f} +- {float(trains[f'{name}_halfwidth'][n]):.3f}"
-            for name in ("mean_spacing", "spacing_mode", "spacing_variation", "touching_share")
-        ]
-        lines.append(f"{station:<12g}" + "".join(f"{word:<20}" for word in words).rstrip())
+        own = trains.isel(station=n)
+        words = [with_errors(own, *how) for how in IN_WORDS.values()]
+        lines.append(f"{station:<12g}" + "".join(f"{word:<25}" for word in words).rstrip())
     return "\n".join(lines)
 
 
-def headline(trains: xr.Dataset) -> str:
-    """The spacing at the last station in one line of text."""
-    last = trains.isel(station=-1)
-    return (
-        f"at z = {float(last['station']):g} D: mean spacing {float(last['mean_spacing']):.2f} d, "
-        f"most frequent {float(last['spacing_mode']):.2f} d, "
-        f"coefficient of variation {float(last['spacing_variation']):.2f}, "
-        f"touching {100 * float(last['touching_share']):.1f} %"
-    )
+def headline(trains: xr.Dataset, seconds: float = math.nan) -> list[str]:
+    """How much enters, and the spacing at the last station, in lines of text.
+
+    Args:
+        trains: Result of `run_repeats`.
+        seconds: D/Ubar in s, if there is a velocity.
+    """
+    last, rate = trains.isel(station=-1), float(trains["injection_rate"])
+    own = {how[0]: with_errors(last, *how) for how in IN_WORDS.values()}
+    enter = f"{rate / seconds:.3g} spheres/s" if math.isfinite(seconds) else f"{rate:.3g} Ubar/D"
+    return [
+        f"{amount(trains)}, {enter}",
+        f"at z = {float(last['station']):g} D, +- sampling +- model error: "
+        f"mean spacing {own['mean_spacing']} d, most frequent {own[MODE]}"
+        f"{' d' if math.isfinite(float(last[MODE])) else ''},",
+        f"CV {own['spacing_variation']}, within 20 % of the mean {own['even_share']} %, "
+        f"touching {own['touching_share']} % of the spheres "
+        f"({100 * float(last['touching_share_injected']):.1f} % by the injection)",
+    ]

@@ -1,5 +1,6 @@
-"""Variables of datasets: dimensionless, and described."""
+"""Variables of datasets: dimensionless, described, and in words with their errors."""
 
+import math
 from collections.abc import Sequence
 
 import xarray as xr
@@ -8,3 +9,31 @@ import xarray as xr
 def described(values, dims: Sequence[str], long_name: str, **attributes) -> xr.Variable:
     """A dimensionless variable."""
     return xr.Variable(dims, values, {"long_name": long_name, "units": "1", **attributes})
+
+
+def with_errors(
+    dataset: xr.Dataset, name: str, decimals: int, factor: float = 1.0, between: str = " +- "
+) -> str:
+    """A statistic with its sampling error and its model error, those that are known, in words.
+
+    Args:
+        dataset: Holds the statistic, as a single number, and what is known of its `_halfwidth`
+            and `_model_error`.
+        name: Of the statistic.
+        decimals: Of the number; errors that would round to 0 have one more if that shows them.
+        factor: 100 for per cent.
+        between: What stands between them.
+
+    Returns:
+        "6.61 +- 0.05 +- 0.002"; "flat" where there is no mode, "-" no other number.
+    """
+    value = factor * float(dataset[name])
+    if not math.isfinite(value):
+        return "flat" if name.endswith("mode") else "-"
+    words = [f"{value:.{decimals}f}"]
+    for end in ("_halfwidth", "_model_error"):
+        error = factor * float(dataset[name + end]) if name + end in dataset else math.nan
+        if math.isfinite(error):
+            more = decimals + (0.05 <= error * 10.0**decimals < 0.5)
+            words.append(f"{error:.{more}f}")
+    return between.join(words)

@@ -1,0 +1,103 @@
+"""One condition: what its trains share, its records, baseline and model errors."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.trains import model_error
+from viscotrain.trains.closures import Closure
+from viscotrain.trains.injection import InjectionLaw, injection_law
+from viscotrain.trains.recording import Record, record_train
+from viscotrain.trains.statistics import MODE, injected
+from viscotrain.words import repeated
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What all trains of one condition share.
+
+    Attributes:
+        closure: Velocities of trains.
+        injection: Name of one of `INJECTIONS`.
+        confinement: beta = d/D.
+        volume_fraction: phi, in the channel.
+        length: Of the channel in D.
+        passages: Spheres to record.
+        seed: Of all repeats.
+    """
+
+    closure: Closure
+    injection: str
+    confinement: float
+    volume_fraction: float
+    length: float
+    passages: int
+    seed: int
+
+    @property
+    def law(self) -> InjectionLaw:
+        """Of the intervals at which spheres enter."""
+        return injection_law(
+            injection=self.injection,
+            confinement=self.confinement,
+            volume_fraction=self.volume_fraction,
+            velocity=self.closure.isolated,
+            slowest=self.closure.slowest,
+        )
+
+    @property
+    def mean_spacing(self) -> float:
+        """Of an equally spaced train, in d."""
+        return mean_spacing(self.confinement, self.volume_fraction)
+
+    def record(self, repeat: int, stations: NDArray, closure: Closure | None = None) -> Record:
+        """One repeat, recorded at stations in D; with other velocities if there is a closure."""
+        return record_train(
+            closure or self.closure,
+            confinement=self.confinement,
+            volume_fraction=self.volume_fraction,
+            injection=self.injection,
+            length=self.length,
+            stations=stations,
+            passages=self.passages,
+            rng=generator(self.seed, repeat),
+        )
+
+
+def generator(seed: int, repeat: int) -> np.random.Generator:
+    """Source of the random numbers of one repeat, which depends on (seed, repeat) only.
+
+    So more repeats leave the earlier ones as they were, bit by bit.
+    """
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repeat,)))
+
+
+def model_errors(
+    own: Condition, dataset: xr.Dataset, others: Mapping[str, Closure]
+) -> dict[str, xr.DataArray]:
+    """Model errors of all statistics, from some repeats with other velocities."""
+    places = dataset["station"].values
+    again = range(repeated(dataset.sizes["repeat"]))
+    wrong = {
+        name: np.stack([own.record(n, places, other).spacing for n in again])
+        for name, other in others.items()
+    }
+    errors = model_error.model_error(dataset["spacing"].values[again], wrong, own.mean_spacing)
+    name = f"{MODE}_model_error"
+    errors[name] = errors[name].where(dataset[MODE].notnull())
+    return {str(key): value for key, value in errors.data_vars.items()}
+
+
+def baseline(own: Condition) -> dict[str, xr.DataArray]:
+    """What the injection law itself makes."""
+    found = injected(
+        own.law,
+        confinement=own.confinement,
+        velocity=own.closure.isolated,
+        mean_spacing=own.mean_spacing,
+    )
+    return {str(key): value for key, value in found.data_vars.items()}
