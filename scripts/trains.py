@@ -39,6 +39,7 @@ def main(
             centreline_velocity=velocities.centreline_velocity(deborah),
             **dict(job.settings),
         ).assign(repeats.deborah_numbers(velocities, deborah))
+        result = repeats.with_memory_numbers(result)
         job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:g}")
         print(repeats.summary(result))
 

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from harness import CONFIG, output, run_script
 from matplotlib.patches import Rectangle
+from matplotlib.text import Text
 from synthetic import triplet
 
 from viscotrain.drawing import design_figures, figures
@@ -33,7 +34,7 @@ UNITS = physical_units(
 )
 
 
-def point(deborah, volume_fraction, stations):
+def point(deborah, volume_fraction, stations, memory=(0.0, 0.0)):
     """A result of `trains.run` whose spacings, one row per station, are known; two repeats."""
     spacing = xr.DataArray(
         np.stack([stations, stations]),
@@ -42,7 +43,8 @@ def point(deborah, volume_fraction, stations):
     )
     law = 2 / 3 * 0.2**2 / volume_fraction
     dataset = statistics.statistics(spacing, law)
-    return dataset.assign(deborah=deborah, volume_fraction=volume_fraction, confinement=0.2)
+    dataset = dataset.assign(deborah=deborah, volume_fraction=volume_fraction, confinement=0.2)
+    return dataset.assign(memory_number=("repeat", list(memory)))
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +53,11 @@ def hand_made():
     ordering = [alternating(2, 6), alternating(3, 5), alternating(3.6, 4.4)]
     lost = [alternating(3.6, 4.4), alternating(3.6, 4.4), alternating(1.0, 7.0)]
     return design_map.combine(
-        [point(5.0, 0.01, lost), point(1.0, 0.006, ordering), point(5.0, 0.006, lost)],
+        [
+            point(5.0, 0.01, lost, memory=(0.09, 0.11)),
+            point(1.0, 0.006, ordering, memory=(0.02, 0.01)),
+            point(5.0, 0.006, lost, memory=(0.09, 0.1)),
+        ],
         units=UNITS,
         fluid=NEWTONIAN,
         ordered_variation=0.3,
@@ -90,6 +96,22 @@ def test_measures_of_hand_made_trains(hand_made):
     np.testing.assert_allclose(lost["touching_share"], [0, 0, 0.5])
     assert math.isinf(lost["ordering_length"])
     assert np.isnan(hand_made["mean_spacing"].sel(deborah=1.0, volume_fraction=0.01)).all()
+
+
+def test_conditions_whose_gaps_change_too_fast_are_named(hand_made):
+    """The largest of all repeats counts; the limit of 0.1 itself is within the range."""
+    expected = [[0.02, np.nan], [0.1, 0.11]]
+    np.testing.assert_allclose(hand_made["memory_number"], expected)
+    assert design_map.headline(hand_made).endswith("; beyond the quasi-steady range: De 5")
+    rows = design_map.table(hand_made).set_index(["deborah", "volume_fraction_percent"])
+    assert set(rows.loc[(5.0, 1.0), "memory_number"]) == {0.11}
+    slow = hand_made.assign(memory_number=hand_made["memory_number"] / 2)
+    assert "quasi-steady" not in design_map.headline(slow)
+    for draw in (figures.spacing_law, figures.draw_design_map):
+        words = every_word(draw(hand_made).figure)
+        assert "De = 5 \N{DAGGER}" in words and "De = 1 \N{DAGGER}" not in words
+        assert "\N{DAGGER} beyond the quasi-steady range" in words
+        assert "\N{DAGGER}" not in every_word(draw(slow).figure)
 
 
 def test_the_mode_is_that_of_all_repeats_together():
@@ -154,6 +176,10 @@ def test_headline_names_the_most_even_train(hand_made):
 # ---------------------------------------------------------------------------------------- figures
 
 
+def every_word(figure):
+    return " ".join(item.get_text() for item in figure.findobj(Text))
+
+
 def words_of(figure):
     found = []
     for part in (figure, *figure.subfigs):
@@ -178,7 +204,7 @@ def test_design_map_draws_only_conditions_that_were_simulated(hand_made):
     assert len([patch for patch in variation.patches if isinstance(patch, Rectangle)]) == 3
     order = [text.get_text() for text in figure.axes[3].texts]
     assert order == ["0.8", "not\nreached", "not\nreached"]
-    for word in ("De = 5\n3.13 \N{MICRO SIGN}L/min, 2.4 bar", "0.6", "ordered below"):
+    for word in ("De = 5 \N{DAGGER}\n3.13 \N{MICRO SIGN}L/min, 2.4 bar", "0.6", "ordered below"):
         assert word in words
     assert any("[cm]" in word for word in words) and any("[%]" in word for word in words)
 

@@ -8,6 +8,7 @@ their error, are open.
 """
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
@@ -23,6 +24,7 @@ SIGNED = "RdBu_r"
 REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
 REPULSION_COLOUR, ATTRACTION_COLOUR = "#B2182B", "#2166AC"  # towards the ends of RdBu_r
 DISTANCE_TICKS = (1, 1.2, 1.5, 2, 3, 5, 10, math.inf)
+MARK = "\N{DAGGER}"  # of Deborah numbers with a remark
 GRID = 241  # points per axis of a drawn interpolant
 
 
@@ -87,9 +89,22 @@ def scientific(value: float) -> str:
     return rf"{digits}$\cdot$10$^{{{int(power)}}}$"
 
 
-def conditions(deborah: float, confinement: float, volume_fraction: float | None = None) -> str:
-    """The conditions of a flow in words."""
+def marked_deborah(deborah: float, remark: str) -> str:
+    """De in words, with a mark if there is a remark, as where many De share a legend."""
+    return f"De = {deborah:g}" + (f" {MARK}" if remark else "")
+
+
+def mark_explained(remarks: Iterable[str]) -> str:
+    """A line that says what the mark means, if one of the remarks is not empty."""
+    words = next(filter(None, remarks), "")
+    return f"\n{MARK} {words}" if words else ""
+
+
+def conditions(
+    deborah: float, confinement: float, volume_fraction: float | None = None, *, remark: str = ""
+) -> str:
+    """The conditions of a flow in words; below them a remark."""
     words = [f"De = {deborah:g}", f"$d/D$ = {confinement:g}"]
     if volume_fraction is not None:
         words.append(rf"$\phi$ = {100 * volume_fraction:g} %")
-    return ",  ".join(words)
+    return ",  ".join(words) + (f"\n{remark}" if remark else "")

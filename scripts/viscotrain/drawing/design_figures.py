@@ -25,6 +25,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
+from viscotrain.drawing.conventions import mark_explained, marked_deborah
 from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import (
     BLUE,
@@ -37,6 +38,7 @@ from viscotrain.drawing.style import (
     styled,
 )
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
+from viscotrain.table.memory import remark
 from viscotrain.trains import design_map
 from viscotrain.trains.statistics import TOUCHING, touching
 
@@ -70,7 +72,7 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
         right.plot(line, np.full_like(line, share), color="black", ls=dashes, lw=0.9)
     handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for _, dashes, _ in styles]
     labels = [words for _, _, words in styles]
-    deborah = dataset["deborah"].values
+    deborah, beyond = dataset["deborah"].values, _remarks(dataset)
     for n, (De, colour) in enumerate(zip(deborah, _colours(len(deborah)), strict=True)):
         own = data[data["deborah"] == De]
         x = own["volume_fraction_percent"] * 1.03 ** (n - (len(deborah) - 1) / 2)
@@ -82,7 +84,7 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
             x, own["mean_spacing_d"] * scaled, known * scaled, lw=0.8, capsize=2, **marker
         )
         handles.append(Line2D([], [], **marker))
-        labels.append(f"simulated, De = {De:g}")
+        labels.append(f"simulated, {marked_deborah(De, beyond[n])}")
     left.set(xscale="log", yscale="log", ylabel="mean spacing at the outlet, $s^*$ [$d$]")
     right.set(xscale="log", ylabel=r"$s^* \phi/\beta^2$")
     right.margins(y=0.3)
@@ -96,8 +98,16 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
         rf"spacing law $s^* \phi$ = $\phi_{{mp}} \beta^2$,  $d/D$ = {beta:g}", loc="left"
     )
     right.set_title("the same, scaled (bars: 95 % confidence)", loc="left")
+    if words := mark_explained(beyond):
+        handles.append(Line2D([], [], ls=""))
+        labels.append(words.strip())
     figure.legend(handles, labels, loc="outside lower center", ncols=3, columnspacing=2)
     return Drawing(figure, data)
+
+
+def _remarks(dataset: xr.Dataset) -> list[str]:
+    """Of each Deborah number of the map: whether a condition is beyond the quasi-steady range."""
+    return [remark(dataset.sel(deborah=De)) for De in dataset["deborah"].values]
 
 
 def _one_digit(value: float, _) -> str:
@@ -141,7 +151,7 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
         f"$d/D$ = {float(dataset['confinement']):g},  "
         f"$D$ = {MICROMETRES * float(dataset['channel_diameter']):g} \N{MICRO SIGN}m,  "
         f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm"
-        "  (\N{PLUS-MINUS SIGN} and bands: 95 % confidence)"
+        "  (\N{PLUS-MINUS SIGN} and bands: 95 % confidence)" + mark_explained(_remarks(dataset))
     )
     return Drawing(figure, design_map.table(dataset))
 
@@ -193,7 +203,7 @@ def _condition_names(dataset: xr.Dataset) -> list[str]:
         own = dataset.sel(deborah=De)
         Q, drop = float(own["flow_rate"]), float(own["pressure_drop"][-1])
         bench = f"\n{Q:.3g} \N{MICRO SIGN}L/min, {drop:.2g} bar" if math.isfinite(Q) else ""
-        names.append(f"De = {De:g}{bench}")
+        names.append(f"{marked_deborah(De, remark(own))}{bench}")
     return names
 
 
@@ -251,7 +261,8 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
                 axes.set_ylabel(label)
             axes.yaxis.set_major_locator(MaxNLocator(4))
         panels[0, column].axhline(float(dataset["ordered_variation"]), color=GREY, lw=0.8, ls="--")
-        panels[0, column].set_title(f"De = {De:g}", loc="left", pad=4)
+        title = marked_deborah(De, remark(dataset.sel(deborah=De)))
+        panels[0, column].set_title(title, loc="left", pad=4)
         bottom = panels[-1, column]
         bottom.set_xlim(z[0], z[-1])
         bottom.set_xlabel("length, $L$ [$D$]")
@@ -278,7 +289,7 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     """
     frame = film.sizes["frame"] // 2
     names = ["position", "window_start", "time"]
-    scalars = ["field_of_view", "confinement", "volume_fraction", "deborah"]
+    scalars = ["field_of_view", "confinement", "volume_fraction", "deborah", "memory_number"]
     data = film[[*names, *scalars]].isel(frame=frame)
     data["channel_diameter"] = units["channel_diameter"].variable
     view, beta = float(data["field_of_view"]), float(data["confinement"])
@@ -315,6 +326,7 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     figure.suptitle(
         f"De = {float(data['deborah']):g},  $d/D$ = {beta:g},  "
         rf"$\phi$ = {100 * float(data['volume_fraction']):g} %,  all stations at the same moment"
+        + (f"\n{words}" if (words := remark(data)) else "")
     )
     marks = [
         (Line2D([], [], ls="", marker="o", color=BLUE, ms=5), "sphere"),

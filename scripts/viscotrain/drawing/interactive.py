@@ -22,6 +22,7 @@ from viscotrain.drawing.conventions import DISTANCE_TICKS, distance_coordinate
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
+from viscotrain.table.memory import largest, remark
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PARTICLES
@@ -84,6 +85,7 @@ def _layers(table: xr.Dataset, grid: np.ndarray):
         nodes = np.diff(layer["velocity"].sel(particle=list(PARTICLES)).values, axis=-1)
         lost = {(sp, sf) for at, sp, sf in missing if at == De}
         item: dict[str, Any] = {"name": f"{De:g}", "colour": to_hex(colour)}
+        item["remark"] = _memory(layer)
         item |= {"surface": None, "pair": None}
         item["limit"] = float(np.nanmax(np.abs(nodes), initial=NEGLIGIBLE))
         if not lost:
@@ -104,6 +106,12 @@ def _layers(table: xr.Dataset, grid: np.ndarray):
                 [float(distance_coordinate(sp)), float(distance_coordinate(sf)), *words]
             )
         yield item
+
+
+def _memory(layer: xr.Dataset) -> str:
+    """What to say of the memory numbers at one De, if something is beyond the range."""
+    words = remark(layer)
+    return words and f"{words}: gaps change by up to {largest(layer):.2g} d in a relaxation time"
 
 
 def _interpolated(velocities: TripletVelocities, s: np.ndarray) -> dict:
@@ -137,8 +145,9 @@ def _train(train: xr.Dataset, channel: float) -> dict:
     """
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
     stations = train["track_station"].values
+    words = remark(train)
     return {
-        "name": f"De = {De:g}, volume fraction {100 * phi:g} %",
+        "name": f"De = {De:g}, volume fraction {100 * phi:g} %" + (f", {words}" if words else ""),
         "stations": stations.round(3).tolist(),
         "centimetres": (CENTIMETRES * channel * stations).round(3).tolist(),
         "positions": train["track_position"].values.round(3).tolist(),

@@ -28,6 +28,7 @@ from viscotrain.drawing.canvas import (
 from viscotrain.drawing.encoding import write
 from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import BLUE, VERMILLION
+from viscotrain.table.memory import remark
 from viscotrain.trains.statistics import TOUCHING
 
 BAR_START = 190  # of the scale bar
@@ -36,10 +37,11 @@ ROW_GAP = 34  # between the rows of the moving window
 
 
 def _conditions(data: xr.Dataset) -> str:
-    phi = 100 * float(data["volume_fraction"])
+    phi, words = 100 * float(data["volume_fraction"]), remark(data)
     return (
         f"De = {float(data['deborah']):g}   d/D = {float(data['confinement']):g}   "
         f"\N{GREEK SMALL LETTER PHI} = {phi:.4g} %"
+        + (f"   {words}" if words else "")
     )
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from viscotrain.drawing.conventions import conditions
 from viscotrain.drawing.style import BLUE, COLUMN, GREY, STYLE, VERMILLION, Drawing, styled
+from viscotrain.table.memory import remark
 from viscotrain.trains.repeats import moving_frame
 from viscotrain.trains.statistics import TOUCHING
 
@@ -28,6 +29,7 @@ def spacing(trains: xr.Dataset) -> Drawing:
     measures = [*measures, "touching_share"]
     scalars = ["deborah", "confinement", "volume_fraction", "mean_spacing_law"]
     kept = [name + end for name in measures for end in ("", "_halfwidth")] + scalars
+    kept.append("memory_number")
     data = trains[kept]
     stations = data["station"].values
     centres = data["spacing_bin"].values
@@ -48,7 +50,7 @@ def spacing(trains: xr.Dataset) -> Drawing:
     panels[0].set_ylim(0.0, 1.05 * float(high.max()))
     panels[-1].set_xlabel("distance to the sphere ahead, $s^*$ [$d$]")
     figure.supylabel("probability density [$1/d$]", fontsize=STYLE["axes.labelsize"])
-    words = conditions(*(float(data[name]) for name in scalars[:3]))
+    words = conditions(*(float(data[name]) for name in scalars[:3]), remark=remark(data))
     figure.suptitle(words, fontsize=STYLE["axes.titlesize"])
     entries = [(mean, rf"equally spaced: $\frac{{2}}{{3}}\,(d/D)^2/\phi$ = {law:.2f} $d$")]
     if (repeats := trains.sizes["repeat"]) > 1:
@@ -99,7 +101,8 @@ def train(trains: xr.Dataset) -> Drawing:
     """Successive spheres against channel position, in a frame that moves with them."""
     tracks = ["track_time", "track_position"]
     scalars = ["deborah", "confinement", "volume_fraction"]
-    data = trains[[*tracks, *scalars]].transpose("track_sphere", "track_station")
+    data = trains[[*tracks, *scalars, "memory_number"]]
+    data = data.transpose("track_sphere", "track_station", ...)
     entered = data["track_position"].values[:, 0]
     data = data.isel(track_sphere=entered > entered[0] - DRAWN_LENGTH)
     z = data["track_station"].values
@@ -122,7 +125,7 @@ def train(trains: xr.Dataset) -> Drawing:
     axes.set(xlim=(z[0], z[-1]), ylim=(y.min() - 2, y.max() + 2))
     axes.set_xlabel("position along the channel, $z$ [$D$]")
     axes.set_ylabel("position in the frame of the train [$d$]\n(the flow is upwards)")
-    axes.set_title(conditions(*(float(data[name]) for name in scalars)))
+    axes.set_title(conditions(*(float(data[name]) for name in scalars), remark=remark(data)))
     figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=3)
     return Drawing(figure, data)
 

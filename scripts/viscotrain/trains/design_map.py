@@ -25,6 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
+from viscotrain.table import memory
+from viscotrain.table.attributes import ATTRIBUTES
+from viscotrain.words import BEYOND_QUASI_STEADY
 
 MEASURES = ("mean_spacing", "spacing_variation", "touching_share")
 NAMES = tuple(name + end for name in MEASURES for end in ("", "_halfwidth"))
@@ -73,9 +76,9 @@ def combine(
         attributes: Global attributes.
 
     Returns:
-        The measures of the spacing with their `_halfwidth`, `ordering_length` (deborah,
-        volume_fraction) in D, and physical numbers: `flow_rate` (deborah) in uL/min, `length`
-        (station) in cm, `pressure_drop` (deborah, station) in bar.
+        The measures of the spacing with their `_halfwidth`, `ordering_length` in D and
+        `memory_number` (deborah, volume_fraction), and physical numbers: `flow_rate` (deborah) in
+        uL/min, `length` (station) in cm, `pressure_drop` (deborah, station) in bar.
     """
     z = points[0]["station"].values
     deborah = sorted({float(point["deborah"]) for point in points})
@@ -93,6 +96,7 @@ def combine(
         {name: (grid, values[name], dict(text[name].attrs)) for name in NAMES}
         | {
             "spacing_mode": (grid, values["spacing_mode"], _words("1", MODE)),
+            "memory_number": (grid[:2], _memory(points, deborah, phi), ATTRIBUTES["memory_number"]),
             "ordering_length": (grid[:2], order, _words("1", ORDERING_LENGTH)),
             "ordered_variation": ((), ordered_variation, _words("1", THRESHOLD)),
             "confinement": text["confinement"],
@@ -136,6 +140,15 @@ def _filled(points: Sequence[xr.Dataset], deborah: list, phi: list) -> dict[str,
         for name in NAMES:
             values[name][at] = point[name].values
         values["spacing_mode"][at] = pooled_mode(point)
+    return values
+
+
+def _memory(points: Sequence[xr.Dataset], deborah: list, phi: list) -> NDArray:
+    """Largest memory number of each condition; NaN where none was simulated."""
+    values = np.full((len(deborah), len(phi)), np.nan)
+    for point in points:
+        at = deborah.index(float(point["deborah"])), phi.index(float(point["volume_fraction"]))
+        values[at] = memory.largest(point)
     return values
 
 
@@ -197,6 +210,7 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
                         "touching_share_percent": 100 * own["touching_share"].values,
                         "touching_share_percent_halfwidth": 100
                         * own["touching_share_halfwidth"].values,
+                        "memory_number": float(own["memory_number"]),
                         "ordering_length_D": order,
                         "ordering_length_cm": cm * order,
                     }
@@ -215,5 +229,12 @@ def headline(dataset: xr.Dataset) -> str:
         f"ordered (coefficient of variation up to {float(dataset['ordered_variation']):g}) at "
         f"{ordered} of {int(np.isfinite(last).sum())} conditions; the most even train, "
         f"{float(best['spacing_variation'][-1]):.2f}, at De = {float(best['deborah']):g}, "
-        f"phi = {100 * float(best['volume_fraction']):g} %"
+        f"phi = {100 * float(best['volume_fraction']):g} %" + _remarks(dataset)
     )
+
+
+def _remarks(dataset: xr.Dataset) -> str:
+    """Names the Deborah numbers with conditions beyond the quasi-steady range, if any."""
+    rows = dataset.transpose("deborah", ...)
+    names = [f"{De:g}" for De in rows["deborah"].values if memory.remark(rows.sel(deborah=De))]
+    return f"; {BEYOND_QUASI_STEADY}: De {', '.join(names)}" if names else ""

@@ -83,6 +83,7 @@ def film(
     )
     for name in SCALARS:
         dataset[name] = train[name]
+    dataset["memory_number"] = train["memory_number"].max(keep_attrs=True)
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
     dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:g}"
     return dataset

@@ -8,7 +8,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.memory import largest, memory_number, remark
 from viscotrain.trains.closures import CLOSURES, Closure, Velocities
 from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
 from viscotrain.trains.statistics import statistics
@@ -89,6 +91,20 @@ def deborah_numbers(table: VelocityTable, deborah: float) -> dict[str, xr.Variab
     """Deborah numbers of a flow of the table, in all definitions, as variables of a train."""
     flow = table.dataset.isel(deborah=table.index(deborah))
     return {name: described(flow[name].values, [], text) for name, text in DEBORAH_NUMBERS.items()}
+
+
+def with_memory_numbers(trains: xr.Dataset) -> xr.Dataset:
+    """Trains with `memory_number` (repeat), the largest of all gaps at all times.
+
+    Args:
+        trains: Result of `run_repeats`, with its Deborah numbers.
+    """
+    M = memory_number(
+        float(trains["deborah_longest_mode"]),
+        trains["largest_relative_velocity"].values,
+        float(trains["confinement"]),
+    )
+    return trains.assign(memory_number=(["repeat"], M, ATTRIBUTES["memory_number"]))
 
 
 def generator(seed: int, repeat: int) -> np.random.Generator:
@@ -192,6 +208,11 @@ def _numbers(records: Sequence[Record]) -> xr.Dataset:
     ]
     return xr.Dataset(
         {
+            "largest_relative_velocity": described(
+                np.array([record.fastest for record in records]),
+                ["repeat"],
+                "largest relative velocity of neighbours at any time, over mean velocity",
+            ),
             "number_of_spheres": described(
                 np.stack(inside), ["repeat", "count_time"], "number of spheres in the channel"
             ),
@@ -263,8 +284,10 @@ def _mean_velocity(stations: NDArray, time: NDArray) -> float:
 def summary(trains: xr.Dataset) -> str:
     """The result of `run_repeats` in a few lines of text."""
     counts = {name: int(trains[f"{name}_count"].sum()) for name in BALANCE}
+    memory = f"memory number: {largest(trains):.2g} {remark(trains)}"
     lines = [
         ", ".join(f"{count} {name}" for name, count in counts.items()),
+        memory.rstrip(),
         f"mean spacing of an equally spaced train: {float(trains['mean_spacing_law']):.3f} d",
         "station/D   mean spacing/d      most frequent/d     variation           touching",
     ]
@@ -285,4 +308,5 @@ def headline(trains: xr.Dataset) -> str:
         f"most frequent {float(last['spacing_mode']):.2f} d, "
         f"coefficient of variation {float(last['spacing_variation']):.2f}, "
         f"touching {100 * float(last['touching_share']):.1f} %"
+        + (f"; {words}" if (words := remark(trains)) else "")
     )
