@@ -32,12 +32,16 @@ def main(
 ):
     """Simulate all repeats and write them with their statistics."""
     velocities = VelocityTable.open(table)
+    own = dict(job.settings)
+    De = velocities.deborah_longest_mode(deborah)
+    strength = own.pop("memory") * De / own["confinement"]
     for phi, output in zip(volume_fraction, trains, strict=True):
         result = repeats.run_repeats(
             velocities.at(deborah),
             volume_fraction=phi,
+            memory_strength=strength,
             centreline_velocity=velocities.centreline_velocity(deborah),
-            **dict(job.settings),
+            **own,
         ).assign(repeats.deborah_numbers(velocities, deborah))
         result = repeats.with_memory_numbers(result)
         job.write(result, output, f"trains at De = {deborah:g}, phi = {phi:g}")

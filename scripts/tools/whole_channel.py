@@ -37,17 +37,18 @@ def append(rows: pd.DataFrame, path: Path):
     rows.to_csv(path, mode="a", header=not path.exists(), index=False, float_format="%.8g")
 
 
-def known(path: Path, columns: list[str]) -> set[tuple]:
-    """What the rows of a file are of."""
+def simulated(path: Path) -> pd.DataFrame:
+    """Rows of all cases so far."""
     if not path.exists():
-        return set()
-    return set(pd.read_csv(path)[columns].itertuples(index=False, name=None))
+        return pd.DataFrame(columns=whole_channel.CASE)
+    return pd.read_csv(path, dtype={"first": str})
 
 
 def run_direct(folder: Path, kept: Path):
     """Simulate all cases that are missing."""
     study = load_study(STUDY)
-    done = known(kept / "direct.csv", whole_channel.CASE)
+    rows = simulated(kept / "direct.csv")
+    done = set(rows[whole_channel.CASE].itertuples(index=False, name=None))
     for case in whole_channel.cases():
         if tuple(case.row.values()) in done:
             continue
@@ -68,9 +69,12 @@ def main(folder: Path, table: Path | None, kept: Path):
     run_direct(folder, kept)
     if table:
         beta, velocities = load_study(STUDY).confinement, VelocityTable.open(table)
-        outlet = whole_channel.compare(pd.read_csv(kept / "direct.csv"), velocities, beta)
+        direct = simulated(kept / "direct.csv")
+        c = whole_channel.fitted(direct, velocities, beta)
+        outlet = whole_channel.compare(direct, velocities, beta, c)
         outlet.to_csv(kept / "outlet.csv", index=False, float_format="%.5g")
-        progress(outlet.to_string())
+        (kept / "outlet.md").write_text(whole_channel.statement(outlet), encoding="utf-8")
+        progress(f"coefficient of memory: {c:g}\n{outlet.to_string()}")
 
 
 if __name__ == "__main__":

@@ -193,6 +193,7 @@ class TrainsSettings(Settings):
     """Trains in a channel of some length: lengths in D; stations ascending."""
 
     closure: str
+    memory: float
     confinement: float
     length: float
     stations: tuple[float, ...]

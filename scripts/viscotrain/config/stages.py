@@ -127,6 +127,7 @@ def trains(study: Study) -> TrainsSettings:
     """Trains as the section `trains` asks for them."""
     return TrainsSettings(
         closure=study.trains.closure,
+        memory=study.trains.memory,
         confinement=study.confinement,
         length=study.channel.length,
         stations=study.trains.stations,

@@ -40,8 +40,7 @@ def _conditions(data: xr.Dataset) -> str:
     phi, words = 100 * float(data["volume_fraction"]), remark(data)
     return (
         f"De = {float(data['deborah']):g}   d/D = {float(data['confinement']):g}   "
-        f"\N{GREEK SMALL LETTER PHI} = {phi:.4g} %"
-        + (f"   {words}" if words else "")
+        f"\N{GREEK SMALL LETTER PHI} = {phi:.4g} %" + (f"   {words}" if words else "")
     )
 
 

@@ -192,7 +192,7 @@ def _dataset(study, geometry, deborah, instants: Sequence[Instant], reason: str)
             "sphere": list(geometry.spheres),
             "gap": np.arange(1, max(shape[1], 1)),
         },
-        attrs={"title": f"{shape[1]} spheres from rest at De = {deborah:g}"},
+        attrs={"title": f"{shape[1]} moving spheres at De = {deborah:g}"},
     )
     for name, variable in dataset.variables.items():
         variable.attrs.update(ATTRIBUTES.get(str(name), {}))

@@ -351,6 +351,10 @@ class VelocityTable:
         """U_max of the undisturbed flow in Ubar; raises TableError like `index`."""
         return float(self.dataset["centreline_velocity"][self.index(deborah)])
 
+    def deborah_longest_mode(self, deborah: float) -> float:
+        """lambda_1 Ubar/D there; raises TableError like `index`."""
+        return float(self.dataset["deborah_longest_mode"][self.index(deborah)])
+
     def index(self, deborah: float) -> int:
         """Position of a Deborah number in the table; raises TableError if it is not there."""
         there = np.isclose(self.dataset["deborah"], deborah, rtol=SAME_DEBORAH, atol=0.0)

@@ -24,6 +24,14 @@ differs between Deborah numbers: some 20 d at De = 1 and 30 d at De = 5 for d/D 
 
     U_1(z_2 - z_1, z_3 - z_2),    U_2(z_i - z_{i-1}, z_{i+1} - z_i),    U_3(., z_N - z_{N-1}).
 
+**Memory.** The stress around spheres that leave each other is that of smaller distances, and drives
+them on (`table.memory`). To first order in the memory number M of a pair,
+
+    dU = dU_held (1 + c M),    M = De |dU_held|/beta,
+
+half of it for either sphere. In a train each gap so adds to the two spheres at its ends, and to no
+others; c is fitted to direct simulations (`studies.whole_channel`).
+
 The two spheres of a train of two are middle spheres with one neighbour at infinity, a single one
 with both: for both closures alike.
 """
@@ -117,7 +125,34 @@ class EverySphere(Closure):
         return free
 
 
+class WithMemory(Closure):
+    """Another closure, and what the gaps have been.
+
+    Args:
+        held: Velocities of trains whose gaps are held.
+        strength: c De/beta, in 1/Ubar.
+    """
+
+    def __init__(self, held: Closure, strength: float):
+        super().__init__(held._triplets)
+        self._held, self._strength = held, strength
+
+    def free_velocities(self, distance: NDArray) -> NDArray:
+        """See `Closure.free_velocities`."""
+        free = self._held.free_velocities(distance)
+        relative = np.diff(free)
+        free[1:] += self._strength / 2 * relative * np.abs(relative)
+        free[:-1] -= self._strength / 2 * relative * np.abs(relative)
+        return free
+
+
 CLOSURES: dict[str, type[Closure]] = {"every_sphere": EverySphere, "nearest": Nearest}
+
+
+def make_closure(name: str, velocities: Velocities, strength: float = 0.0) -> Closure:
+    """The closure of this name, out of `CLOSURES`, with a memory of this strength if any."""
+    held = CLOSURES[name](velocities)
+    return WithMemory(held, strength) if strength > 0 else held
 
 
 def increments(velocities: Velocities, a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:

@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from viscotrain.trains.closures import CLOSURES, Velocities
+from viscotrain.trains.closures import Velocities, make_closure
 from viscotrain.trains.recording import record_train
 from viscotrain.trains.repeats import generator, tracked_velocity
 from viscotrain.trains.variables import described
@@ -142,7 +142,7 @@ def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> lis
     """Positions in D of all spheres of repeat 0 at some times after recording began."""
     beta, length = float(train["confinement"]), float(train["channel_length"])
     record = record_train(
-        CLOSURES[train.attrs["closure"]](velocities),
+        make_closure(train.attrs["closure"], velocities, float(train.attrs["memory_strength"])),
         confinement=beta,
         volume_fraction=float(train["volume_fraction"]),
         centreline_velocity=float(train["centreline_velocity"]),

@@ -11,7 +11,7 @@ from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.memory import largest, memory_number, remark
-from viscotrain.trains.closures import CLOSURES, Closure, Velocities
+from viscotrain.trains.closures import Closure, Velocities, make_closure
 from viscotrain.trains.recording import SNAPSHOTS, Record, record_train
 from viscotrain.trains.statistics import statistics
 from viscotrain.trains.variables import described
@@ -33,6 +33,7 @@ def run_repeats(
     velocities: Velocities,
     *,
     closure: str = "every_sphere",
+    memory_strength: float = 0.0,
     confinement: float,
     volume_fraction: float,
     centreline_velocity: float,
@@ -48,6 +49,7 @@ def run_repeats(
     Args:
         velocities: Velocities of triplets.
         closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
+        memory_strength: c De/beta of `closures.WithMemory`, in 1/Ubar.
         confinement: beta = d/D.
         volume_fraction: phi.
         centreline_velocity: U_max in Ubar.
@@ -65,7 +67,7 @@ def run_repeats(
         "centreline_velocity": centreline_velocity,
     }
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
-    closed = CLOSURES[closure](velocities)
+    closed = make_closure(closure, velocities, memory_strength)
     records = [
         record_train(
             closed,
@@ -77,13 +79,14 @@ def run_repeats(
         )
         for repeat in range(repeats)
     ]
-    track_time = _apart(records[0], places, track_stations)
-    tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
+    track_time = _apart(records[0], places, track_stations)[:, :TRACKED_SPHERES]
+    tracks = _tracks(track_stations, track_time, confinement)
     law = mean_spacing(confinement, volume_fraction)
     dataset = xr.merge([_results(records, places, law), tracks])
     for name, value, long_name in _scalars(closed, **conditions, length=length):
         dataset[name] = described(value, [], long_name)
-    dataset.attrs = dict(attributes or {}) | {"seed": seed, "closure": closure}
+    own = {"seed": seed, "closure": closure, "memory_strength": memory_strength}
+    dataset.attrs = {**(attributes or {}), **own}
     return dataset
 
 
