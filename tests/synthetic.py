@@ -4,9 +4,12 @@ import numpy as np
 import xarray as xr
 
 from viscotrain.table.interpolation import TripletVelocities
-from viscotrain.words import PARTICLES
+from viscotrain.trains.repeats import with_memory_numbers
+from viscotrain.trains.variables import described
+from viscotrain.words import DEBORAH_NUMBERS, PARTICLES
 
 SINGLE = 1.65  # Ubar
+BETA = 0.2  # d/D
 PAPER_NODES = [1.05, 1.1, 1.2, 1.35, 1.6, 2, 2.5, 3.2, 4.2, 5.8, 8.2, 12, np.inf]
 DEMO_NODES = [1.1, 1.5, 2.5, 4.5, np.inf]
 
@@ -42,6 +45,12 @@ def triplet(sp=DEMO_NODES, sf=DEMO_NODES, law=superposed):
     return TripletVelocities(sp, sf, law(sp[:, None], sf[None, :]))
 
 
+def at_deborah(train, deborah):
+    """A train as its stage writes it, at a Deborah number of the longest mode."""
+    numbers = {name: described(deborah, [], text) for name, text in DEBORAH_NUMBERS.items()}
+    return with_memory_numbers(train.assign(numbers))
+
+
 def dns_result(sp, sf, deborah=(0.0, 1.0), unsolved=()):
     """One geometry's dataset as the dns stage writes it; U grows with De."""
     deborah = np.asarray(deborah, dtype=float)
@@ -59,6 +68,7 @@ def dns_result(sp, sf, deborah=(0.0, 1.0), unsolved=()):
             "reason": ("deborah", np.where(status, "no convergence in 15 iterations", "")),
             "sp": ((), sp),
             "sf": ((), sf),
+            "confinement": ((), BETA),
         },
         coords={
             "deborah": deborah,

@@ -3,7 +3,8 @@
     python scripts/tools/readme_accuracy.py results/demo/verification
 
 keeps the statement and the numbers behind it in `tests/verification/`, and puts the statement into
-README.md between its two markers. Without an argument it puts there what is kept.
+README.md between its two markers. Without an argument it puts there what is kept. The same for the
+table of `whole_channel.py`.
 """
 
 import argparse
@@ -12,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "tests" / "verification"
-BEGIN, END = "<!-- accuracy: begin -->\n", "<!-- accuracy: end -->\n"
+STATEMENTS = {"accuracy": KEPT / "accuracy.md", "memory": KEPT / "memory" / "outlet.md"}
 
 
 def main(folder: Path | None, readme: Path):
@@ -25,11 +26,13 @@ def main(folder: Path | None, readme: Path):
 
 
 def with_statement(text: str) -> str:
-    """The text of the README with the kept statement between the markers."""
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    statement = (KEPT / "accuracy.md").read_text(encoding="utf-8")
-    return f"{before}{BEGIN}\n{statement}\n{END}{after}"
+    """The text of the README with the kept statements between their markers."""
+    for name, path in STATEMENTS.items():
+        begin, end = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->\n"
+        before, _, rest = text.partition(begin)
+        _, _, after = rest.partition(end)
+        text = f"{before}{begin}\n{path.read_text(encoding='utf-8')}\n{end}{after}"
+    return text
 
 
 if __name__ == "__main__":

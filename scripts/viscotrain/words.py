@@ -21,6 +21,14 @@ DEBORAH_NUMBERS = {  # variables of datasets
     "deborah_mean_relaxation_time": "Deborah number of the viscosity-weighted mean relaxation time",
 }
 
+QUASI_STEADY_LIMIT = 0.1  # memory number (`table.memory`) up to which distances may be held
+BEYOND_QUASI_STEADY = "beyond the quasi-steady range"
+
+
+def quasi_steady_remark(memory_number: float) -> str:
+    """Says that a memory number is above the limit; empty if it is not, or not known."""
+    return BEYOND_QUASI_STEADY if memory_number > QUASI_STEADY_LIMIT else ""
+
 
 MOST_REPEATED = 4  # repeats of trains that are simulated again for their model error,
 REPEATED_SHARE = 4  # and at most one of so many, so that it takes half as long as the trains

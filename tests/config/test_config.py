@@ -120,6 +120,10 @@ WRONG = {
         {"trains.closure": "all"},
         "trains.closure: found the text 'all'; allowed: one of every_sphere, nearest",
     ),
+    "memory that holds spheres back": (
+        {"trains.memory": -0.1},
+        "trains.memory: found -0.1; allowed: number in [0, 1]",
+    ),
     "closure De not in the table": (
         {"verification.closure.deborah": [2]},
         "verification.closure.deborah[0]: found 2; allowed: one of deborah.values (0, 1, 5)",

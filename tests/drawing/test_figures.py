@@ -9,7 +9,7 @@ import yaml
 from harness import CONFIG, output, run_script
 from matplotlib.text import Text
 from scipy.spatial import Delaunay
-from synthetic import DEMO_NODES, SINGLE, dns_result, relative, triplet
+from synthetic import DEMO_NODES, SINGLE, at_deborah, dns_result, relative, triplet
 
 from viscotrain.drawing import conventions, figures, stress_field, train_figures
 from viscotrain.jobs import datasets, drawings
@@ -19,8 +19,7 @@ from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.closures import EverySphere
 from viscotrain.trains.motion import chain_motion
 from viscotrain.trains.repeats import run_repeats
-from viscotrain.trains.variables import described
-from viscotrain.words import DEBORAH_NUMBERS, INACCURATE
+from viscotrain.words import BEYOND_QUASI_STEADY, INACCURATE
 
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
 HOLES = {(1.0, 1.5, 2.5), (1.0, INF, 4.5)}
@@ -60,8 +59,8 @@ def velocity_table(unsolved=frozenset()):
     return combine(results, sp=DEMO_NODES, sf=DEMO_NODES, deborah=DEBORAH, max_holes=len(unsolved))
 
 
-def synthetic_train(passages, repeats=2):
-    return run_repeats(
+def synthetic_train(passages, repeats=2, deborah=1.0):
+    result = run_repeats(
         triplet(law=lambda sp, sf: SINGLE + 20 * (triplet()(sp, sf) - SINGLE)),
         confinement=BETA,
         volume_fraction=0.01,
@@ -71,7 +70,8 @@ def synthetic_train(passages, repeats=2):
         passages=passages,
         repeats=repeats,
         seed=1,
-    ).assign(deborah=described(1.0, [], DEBORAH_NUMBERS["deborah"]))
+    )
+    return at_deborah(result, deborah)
 
 
 def synthetic_field(sp=1.1, sf=1.5, length=4.5):
@@ -347,6 +347,25 @@ def test_spacing_of_a_single_repeat_has_no_band():
     figure, _ = figures.spacing(synthetic_train(passages=20, repeats=1))
     assert "95 %" not in texts(figure)
     assert "CV" in texts(figure) and "model error" in texts(figure)
+
+
+def test_figures_say_that_gaps_change_too_fast(table):
+    """The fastest of these gaps is 20 * 0.8e-3 Ubar: De of 1 gives a memory number of 0.08."""
+    slow, fast = (synthetic_train(passages=20, repeats=1, deborah=De) for De in (0.1, 10.0))
+    for draw in (figures.spacing, figures.train):
+        assert BEYOND_QUASI_STEADY in texts(draw(fast).figure)
+        assert BEYOND_QUASI_STEADY not in texts(draw(slow).figure)
+    faster = table.copy(deep=True)
+    for name in ("memory_number", "pair_memory_number"):
+        faster[name].loc[{"deborah": 1.0}] = 0.11
+    for layer, De in ((faster, 1.0), (table, 1.0), (faster, 0.0)):
+        beyond = layer is faster and De == 1.0
+        words = texts(figures.relative_velocities(layer, De, BETA).figure)
+        assert (BEYOND_QUASI_STEADY in words) == beyond
+    words = texts(figures.pair_velocity(faster, BETA).figure)
+    assert f"De = 1 {conventions.MARK}" in words and f"De = 0 {conventions.MARK}" not in words
+    assert f"{conventions.MARK} {BEYOND_QUASI_STEADY}" in words
+    assert conventions.MARK not in texts(figures.pair_velocity(table, BETA).figure)
 
 
 def test_train_is_one_line_per_sphere(train):

@@ -16,7 +16,7 @@ import yaml
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle
 from PIL import Image
-from synthetic import PAPER_NODES, superposed, triplet
+from synthetic import PAPER_NODES, at_deborah, superposed, triplet
 
 from viscotrain.drawing import canvas, encoding, figures, movies, scale_bar, style
 from viscotrain.trains import films, statistics
@@ -41,7 +41,7 @@ def velocities():
 
 @pytest.fixture(scope="module")
 def train(velocities):
-    return run_repeats(
+    result = run_repeats(
         velocities,
         confinement=BETA,
         volume_fraction=0.01,
@@ -51,7 +51,8 @@ def train(velocities):
         passages=60,
         repeats=2,
         seed=3,
-    ).assign(deborah=5.0)
+    )
+    return at_deborah(result, 5.0)
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +126,7 @@ def test_a_film_is_of_the_spheres_that_entered_by_the_same_law(velocities):
         passages=20,
         repeats=1,
         seed=3,
-    ).assign(deborah=5.0)
+    ).assign(deborah=5.0, memory_number=("repeat", [0.0]))
     (z,) = films._positions(velocities, train, np.array([0.0]))
     known = train["position"].values[0, 0]
     np.testing.assert_array_equal(z / BETA, known[np.isfinite(known)] * BETA / BETA)

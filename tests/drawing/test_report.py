@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from harness import output
-from synthetic import DEMO_NODES, dns_result, triplet
+from synthetic import DEMO_NODES, at_deborah, dns_result, triplet
 
 from viscotrain.drawing import interactive
 from viscotrain.fluid.parameters import Fluid, Mode
@@ -48,11 +48,21 @@ def train():
         repeats=1,
         seed=1,
     )
-    return result.assign(deborah=1.0)
+    return at_deborah(result, 1.0)
 
 
 def data_of(page: str) -> dict:
     return json.loads(re.search(r"^const data = (.*);$", page, re.MULTILINE)[1])
+
+
+def test_page_says_that_gaps_change_too_fast(train):
+    table = velocity_table()
+    words = "beyond the quasi-steady range"
+    table["memory_number"].loc[{"deborah": 1.0}] = 0.25
+    data = data_of(interactive.page(table, UNITS, [train, at_deborah(train, 1e3)], "test"))
+    remarks = [layer["remark"] for layer in data["layers"]]
+    assert remarks == ["", f"{words}: gaps change by up to 0.25 d in a relaxation time"]
+    assert [words in item["name"] for item in data["trains"]] == [False, True]
 
 
 def test_page_holds_the_interpolant_and_the_nodes(train):
@@ -103,7 +113,7 @@ def test_statistics_of_a_train_have_both_errors():
         passages=45,
         repeats=2,
         seed=1,
-    ).assign(deborah=1.0)
+    ).assign(deborah=1.0, memory_number=("repeat", [0.0, 0.0]))
     units = physical_units(
         Fluid(0.5, (Mode(0.5, 0.1),)),
         {1.0: 1.0},

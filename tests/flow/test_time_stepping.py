@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import ngsolve
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,6 +13,8 @@ from scipy.integrate import solve_ivp
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.geometry import Geometry
 from viscotrain.flow.meshes import MeshOptions, make_mesh
+from viscotrain.flow.moving_mesh import MovingMesh, linear, smooth_step, transfer_stress
+from viscotrain.flow.quasi_steady import SolverOptions, solve
 from viscotrain.flow.time_stepping import TimeOptions, Transient
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode
 
@@ -129,6 +132,72 @@ def test_uniform_stress_stays_uniform_on_a_moving_mesh():
     simulation._newton._form.Apply(flow.state.vec, residual)
     first = flow.space.Range(4 + len(flow.geometry.moving_spheres)).start
     assert np.abs(residual.FV().NumPy()[first:]).max() < 1e-14
+
+
+@pytest.mark.slow
+def test_gaps_do_not_depend_on_how_the_mesh_moves_between_spheres():
+    """W may be any interpolation of the velocities of the spheres; here gaps change fast."""
+
+    def make_flow(geometry: Geometry) -> Flow:
+        sizes = MeshOptions(wall_size=0.25, axis_size=0.12, sphere_elements=9, gap_elements=4)
+        return Flow(geometry, make_mesh(geometry, sizes, 4), ONE_MODE, 4)
+
+    def late_step(t):
+        return t**3
+
+    geometry = Geometry.train(0.4, [1.25, 1.4], margin=1.2)
+    options = TimeOptions(max_stretch=1.1)
+    runs = [
+        Transient(geometry, make_flow, 0.5, options, profile=profile)
+        for profile in (linear, smooth_step, late_step)
+    ]
+    ends = [last(run, 1.0) for run in runs]
+    moved = np.diff(ends[0].positions) - np.diff(geometry.positions)
+    assert np.abs(moved).max() > 5e-3
+    for end in ends[1:]:
+        assert np.diff(end.positions) == pytest.approx(np.diff(ends[0].positions), abs=4e-5)
+        assert np.diff(end.velocities) == pytest.approx(np.diff(ends[0].velocities), abs=5e-5)
+    shapes = [run._mesh._shapes[0].vec.FV().NumPy().copy() for run in runs[:2]]
+    assert np.abs(shapes[1] - shapes[0]).max() > 0.05
+
+
+def test_stress_brought_to_another_mesh_stays_odd_on_the_axis():
+    """c_zr on the axis is no unknown: what a transfer leaves there would grow by extrapolation."""
+    old, new = (
+        MovingMesh(coarse_flow(replace(Geometry.triplet(0.3, 1.5, sf, margin=1.5))))
+        for sf in (2.0, 2.1)
+    )
+    for psi in old.flow.fields().psi:
+        psi.b.Set(ngsolve.y * (1 + ngsolve.x))
+        psi.a.Set(1 + ngsolve.x)
+    transfer_stress(old, new, np.array(new.flow.geometry.positions))
+    b = new.flow.fields().psi[0].b
+    fixed = ~b.space.FreeDofs()
+    values = b.vec.FV().NumPy()
+    on_axis = [
+        n
+        for el in new.flow.mesh.Boundaries("axis").Elements()
+        for n in b.space.GetDofNrs(el)
+        if n >= 0
+    ]
+    assert on_axis and all(fixed[n] for n in on_axis)
+    assert np.abs(values[on_axis]).max() == 0.0
+    assert np.abs(values).max() > 0.1
+
+
+@pytest.mark.slow
+def test_starts_from_a_developed_stress():
+    """From the quasi-steady stress the velocities are the quasi-steady ones, at once."""
+    geometry = replace(Geometry.triplet(0.3, 1.5, 2.0, margin=1.5))
+    options = SolverOptions(tolerance=1e-9, max_iterations=30, deborah_step=3.0)
+    flow = coarse_flow(geometry)
+    (found,) = solve(flow, [0.5], options)
+    start = next(Transient(geometry, coarse_flow, 0.5, TimeOptions(), found.flow).run(1.0))
+    assert start.time == 0
+    expected = list(found.velocities.values())
+    assert start.velocities == pytest.approx(expected, abs=5e-6)  # curved elements: a projection
+    rest = next(coarse().run(1.0))
+    assert np.abs(rest.velocities - start.velocities).max() > 1e-3
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from harness import study
 from viscotrain.config import stages
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import triplet
-from viscotrain.studies.transient import follow_from_rest, start_up_time, time_options
+from viscotrain.studies.transient import follow_spheres, start_up_time, time_options
 from viscotrain.words import NOT_CONVERGED, SOLVED
 
 STUDY = study()
@@ -33,7 +33,7 @@ def test_times_are_in_relaxation_times():
 def test_newtonian_spheres_move_without_start_up():
     """A train of four keeps moving by its velocities; distances follow."""
     geometry = Geometry.train(0.2, [1.3, 2.0, 1.6], margin=1.5)
-    result, steps = follow_from_rest(NEWTONIAN, geometry, 0.0, until=2.0, report=silent)
+    result, steps = follow_spheres(NEWTONIAN, geometry, 0.0, until=2.0, report=silent)
     assert result.sizes == {"time": len(steps), "sphere": 4, "gap": 3}
     assert int(result["status"]) == SOLVED
     time, velocity = result["time"].values, result["velocity"].values
@@ -48,7 +48,7 @@ def test_newtonian_spheres_move_without_start_up():
 def test_a_killed_run_goes_on_where_it_was(tmp_path):
     checkpoint = tmp_path / "run.npz"
     geometry = triplet(TINY, np.inf, 1.5)
-    whole, _ = follow_from_rest(TINY, geometry, 1.0, until=0.05, report=silent)
+    whole, _ = follow_spheres(TINY, geometry, 1.0, until=0.05, report=silent)
     lines = []
 
     def die(line):
@@ -57,9 +57,9 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        follow_from_rest(TINY, geometry, 1.0, until=0.05, report=die, checkpoint=checkpoint)
+        follow_spheres(TINY, geometry, 1.0, until=0.05, report=die, checkpoint=checkpoint)
     again = []
-    rest, _ = follow_from_rest(
+    rest, _ = follow_spheres(
         TINY, geometry, 1.0, until=0.05, report=again.append, checkpoint=checkpoint
     )
     assert again[0].startswith("goes on from t = ")
@@ -72,10 +72,10 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path):
 def test_a_checkpoint_of_other_settings_is_not_used(tmp_path):
     checkpoint = tmp_path / "run.npz"
     geometry = triplet(TINY, np.inf, 1.5)
-    follow_from_rest(TINY, geometry, 1.0, until=0.01, report=silent, checkpoint=checkpoint)
+    follow_spheres(TINY, geometry, 1.0, until=0.01, report=silent, checkpoint=checkpoint)
     lines = []
     other = changed(relative_tolerance=1e-5)
-    follow_from_rest(other, geometry, 1.0, until=0.01, report=lines.append, checkpoint=checkpoint)
+    follow_spheres(other, geometry, 1.0, until=0.01, report=lines.append, checkpoint=checkpoint)
     assert lines[0].startswith("t 0 ")
 
 
@@ -83,7 +83,7 @@ def test_steps_that_cannot_converge_end_with_a_reason():
     lines = []
     hopeless = changed(max_iterations=1)
     geometry = triplet(TINY, np.inf, 1.5)
-    result, _ = follow_from_rest(hopeless, geometry, 1.0, until=1.0, report=lines.append)
+    result, _ = follow_spheres(hopeless, geometry, 1.0, until=1.0, report=lines.append)
     assert int(result["status"]) == NOT_CONVERGED
     assert "no convergence" in str(result["reason"].values)
     assert lines[-1].startswith("NOT SOLVED")

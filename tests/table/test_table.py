@@ -13,7 +13,7 @@ from viscotrain.jobs import datasets
 from viscotrain.table.assembly import combine
 from viscotrain.table.attributes import INTERPOLATED, ITSELF, MIRROR, SAME_PAIR
 from viscotrain.table.check import check_errors, combine_and_check
-from viscotrain.table.description import largest_error, summary
+from viscotrain.table.description import largest_error, memory_headline, summary
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes, inaccurate_points, interpolated_points
@@ -47,6 +47,44 @@ def test_every_result_is_at_its_place_in_any_order():
         assert point["status"] == 0
     np.testing.assert_array_equal(table["centreline_velocity"], [2.0, 1.9])
     np.testing.assert_array_equal(table["deborah_mean_relaxation_time"], [0.0, 0.56])
+
+
+def test_memory_numbers_by_hand():
+    """De |dU|/beta of the faster of the gaps that there are."""
+    table = combined(results())
+    at = {"deborah": 1.0, "sp": 1.1, "sf": 3.0}
+    trailing, middle, leading = superposed(1.1, 3.0, scale=2)
+    faster = max(abs(middle - trailing), abs(leading - middle))
+    assert float(table["memory_number"].sel(at)) == pytest.approx(faster / 0.2, rel=1e-12)
+    pair = 2 * (superposed(INF, 3.0)[2] - superposed(INF, 3.0)[1]) / 0.2
+    for name, at in (("memory_number", {"sp": INF, "sf": 3.0}), ("pair_memory_number", {})):
+        layer = table[name].sel(deborah=1.0).sel(at)
+        found = layer if at else layer.sel(pair_distance=3.0)
+        assert float(found) == pytest.approx(abs(pair), rel=1e-12), name
+    assert (table["memory_number"].sel(deborah=0.0) == 0).all()
+    assert float(table["memory_number"].sel(deborah=1.0, sp=INF, sf=INF)) == 0.0
+    assert table["memory_number"].dims == ("deborah", "sp", "sf")
+
+
+def test_a_table_says_at_which_deborah_numbers_gaps_change_too_fast():
+    parts = results(deborah=(0.0, 20.0))
+    table = combine(parts, sp=SP, sf=SF, deborah=[0.0, 20.0])
+    largest = float(table["memory_number"].max())
+    assert largest > 0.1
+    line = f"  De 20: {largest:.2g}  beyond the quasi-steady range"
+    assert line in summary(table).splitlines()
+    assert memory_headline(table).endswith("; beyond the quasi-steady range: De 20")
+    slow = table.assign(memory_number=table["memory_number"] * 0.1 / largest)
+    assert memory_headline(slow) == "memory number up to 0.1"  # the limit is within
+    assert "beyond" not in summary(slow)
+
+
+def test_the_memory_number_of_a_hole_is_not_known():
+    parts = results()
+    parts[0] = dns_result(SP[0], SF[0], unsolved=[1.0])
+    table = combined(parts, max_holes=1)
+    assert np.isnan(table["memory_number"].sel(deborah=1.0, sp=SP[0], sf=SF[0]))
+    assert np.isfinite(table["memory_number"]).sum() == table["memory_number"].size - 1
 
 
 def test_particles_are_matched_by_name():
@@ -352,6 +390,7 @@ def trajectory(sp, sf, De, failed=False):
             "status": ((), 1 if failed else 0),
             "reason": ((), "too small a step" if failed else ""),
             "centreline_velocity": ((), 1.9),
+            "confinement": ((), 0.2),
             "deborah": ((), De),
             "deborah_longest_mode": ((), De),
             "deborah_mean_relaxation_time": ((), De / 2),

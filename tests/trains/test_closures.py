@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from synthetic import PAPER_NODES, SINGLE, relative, superposed, triplet
 
 from viscotrain.table.interpolation import TripletVelocities
+from viscotrain.trains import closures
 from viscotrain.trains.closures import CLOSURES, EverySphere, Nearest, increments
 from viscotrain.trains.motion import Channel, chain_motion
 from viscotrain.words import LEADING, MIDDLE, TRAILING
@@ -198,3 +199,25 @@ def test_six_spheres_against_direct_simulation(gap, deborah):
     assert ours < study / 10
     if deborah > 0:
         assert study > 0.1 * np.abs(direct).max()
+
+
+def test_memory_drives_neighbours_apart_by_what_their_gap_changes():
+    """A pair by hand, and in a train each gap acts on its two spheres only."""
+    held = EverySphere(triplet(PAPER_NODES, PAPER_NODES))
+    strength = 0.13 * 62 / 0.2
+    remembering = closures.WithMemory(held, strength)
+    pair = np.array([2.5])
+    before, after = (np.diff(each.free_velocities(pair))[0] for each in (held, remembering))
+    assert abs(before) > 1e-4
+    assert after == pytest.approx(before * (1 + strength * abs(before)), rel=1e-12)
+    distance = np.array([1.6, 2.5, 4.0])
+    change = remembering.free_velocities(distance) - held.free_velocities(distance)
+    r = np.diff(held.free_velocities(distance))
+    q = strength / 2 * r * np.abs(r)
+    np.testing.assert_allclose(change, [-q[0], q[0] - q[1], q[1] - q[2], q[2]], rtol=0, atol=1e-15)
+    even = np.full(60, 3.0)
+    middle = slice(25, 35)
+    alike = [each.free_velocities(even)[middle] for each in (held, remembering)]
+    np.testing.assert_allclose(alike[1], alike[0], rtol=0, atol=1e-9)
+    assert type(closures.make_closure("nearest", triplet())) is Nearest
+    assert isinstance(closures.make_closure("nearest", triplet(), 1.0), closures.WithMemory)

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from harness import CONFIG, output, run_script
 from matplotlib.patches import Rectangle
+from matplotlib.text import Text
 from synthetic import triplet
 
 from viscotrain.drawing import design_figures, figures
@@ -36,7 +37,7 @@ UNITS = physical_units(
 )
 
 
-def point(deborah, volume_fraction, stations):
+def point(deborah, volume_fraction, stations, memory=(0.0, 0.0)):
     """A result of `trains.run` whose spacings, one row per station, are known; two repeats."""
     spacing = xr.DataArray(
         np.stack([stations, stations]),
@@ -59,6 +60,7 @@ def point(deborah, volume_fraction, stations):
         "injection_rate": 1 / intervals.mean,
         "confinement": 0.2,
     }
+    dataset = dataset.assign(memory_number=("repeat", list(memory)))
     return dataset.assign(scalars).assign_attrs(given="volume_fraction", injection="uniform")
 
 
@@ -68,7 +70,11 @@ def hand_made():
     ordering = [alternating(2, 6), alternating(3, 5), alternating(3.6, 4.4)]
     lost = [alternating(3.6, 4.4), alternating(3.6, 4.4), alternating(1.0, 7.0)]
     return design_map.combine(
-        [point(5.0, 0.01, lost), point(1.0, 0.006, ordering), point(5.0, 0.006, lost)],
+        [
+            point(5.0, 0.01, lost, memory=(0.09, 0.11)),
+            point(1.0, 0.006, ordering, memory=(0.02, 0.01)),
+            point(5.0, 0.006, lost, memory=(0.09, 0.1)),
+        ],
         units=UNITS,
         fluid=NEWTONIAN,
         ordered_variation=0.3,
@@ -145,6 +151,22 @@ def test_a_map_of_the_feed_has_its_own_axis():
     )
 
 
+def test_conditions_whose_gaps_change_too_fast_are_named(hand_made):
+    """The largest of all repeats counts; the limit of 0.1 itself is within the range."""
+    expected = [[0.02, np.nan], [0.1, 0.11]]
+    np.testing.assert_allclose(hand_made["memory_number"], expected)
+    assert design_map.headline(hand_made)[-1] == "beyond the quasi-steady range: De 5"
+    rows = design_map.table(hand_made).set_index(["deborah", "volume_fraction_percent"])
+    assert set(rows.loc[(5.0, 1.0), "memory_number"]) == {0.11}
+    slow = hand_made.assign(memory_number=hand_made["memory_number"] / 2)
+    assert "quasi-steady" not in design_map.headline(slow)[-1]
+    for draw in (design_figures.spacing_law, design_figures.draw_design_map):
+        words = every_word(draw(hand_made).figure)
+        assert "De = 5 \N{DAGGER}" in words and "De = 1 \N{DAGGER}" not in words
+        assert "\N{DAGGER} beyond the quasi-steady range" in words
+        assert "\N{DAGGER}" not in every_word(draw(slow).figure)
+
+
 def test_spheres_per_second(hand_made):
     """phi_feed Q over the volume of a sphere."""
     Q = 5 * D / LAMBDA_1 * math.pi * D**2 / 4
@@ -210,6 +232,10 @@ def test_headline_names_the_most_even_train(hand_made):
 # ---------------------------------------------------------------------------------------- figures
 
 
+def every_word(figure):
+    return " ".join(item.get_text() for item in figure.findobj(Text))
+
+
 def words_of(figure):
     found = []
     for part in (figure, *figure.subfigs):
@@ -240,7 +266,7 @@ def test_design_map_draws_only_conditions_that_were_simulated(hand_made):
     # CV = (1 - 1/4.44)/sqrt(3) and (1 - 1/2.67)/sqrt(3), less than 1 % lower by slow triplets
     assert [words.split("\n")[2] for words in entry] == ["CV 0.44", "CV 0.44", "CV 0.35"]
     assert all(words.split("\n")[1].endswith("/s") for words in entry)
-    for word in ("De = 5\n3.13 \N{MICRO SIGN}L/min, 2.4 bar", "0.6", "ordered below"):
+    for word in ("De = 5 \N{DAGGER}\n3.13 \N{MICRO SIGN}L/min, 2.4 bar", "0.6", "ordered below"):
         assert word in words
     assert any("[cm]" in word for word in words) and any("[%]" in word for word in words)
 

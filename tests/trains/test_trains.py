@@ -11,6 +11,7 @@ from synthetic import (
     DEMO_NODES,
     PAPER_NODES,
     SINGLE,
+    at_deborah,
     constant,
     superposed,
     triplet,
@@ -20,7 +21,7 @@ from viscotrain.errors import TrainError
 from viscotrain.fluid import parameters
 from viscotrain.jobs import datasets
 from viscotrain.table.lubrication import RESISTING_GAP
-from viscotrain.trains import motion, recording
+from viscotrain.trains import motion, recording, repeats
 from viscotrain.trains.closures import EverySphere, Nearest
 from viscotrain.trains.motion import Channel, arrival, chain_motion
 from viscotrain.trains.repeats import run_repeats
@@ -359,6 +360,31 @@ def test_tracks_are_the_first_recorded_spheres(result):
     passages = result["passage_time"][0].sel(station=0.0)[:40]
     np.testing.assert_array_equal(result["track_time"].sel(track_station=0.0), passages)
     assert float(result["track_position"][0, 0]) == 0.0
+
+
+def test_memory_number_of_a_train_is_the_largest_of_all_gaps_and_times(result):
+    """By hand: De times the fastest change of a gap, in d, seen along the tracks of the train."""
+    train = at_deborah(result, 3.0)
+    fastest = result["largest_relative_velocity"].values
+    np.testing.assert_allclose(train["memory_number"], 3.0 * fastest / BETA)
+    assert train["memory_number"].sizes == {"repeat": 3}
+    for row in repeats.summary(train).splitlines():
+        assert "quasi-steady" not in row or row.startswith("memory number: ")
+    assert repeats.headline(at_deborah(result, 1e3))[-1] == "beyond the quasi-steady range"
+    assert "quasi-steady" not in "".join(repeats.headline(at_deborah(result, 1e-3)))
+
+
+def test_the_fastest_gap_of_a_channel_by_hand():
+    """Two spheres alone, at each of a number of steps; nothing else moves the maximum."""
+    channel = motion.Channel(EverySphere(triplet(law=strong)), BETA)
+    seen = []
+    y = channel.state(BETA * np.array([0.0, 1.3, 3.9]))
+    for _ in range(5):
+        seen.append(np.abs(np.diff(channel.motion(y)[0])).max())
+        step, _ = channel.step(y, 2.0)
+        y = step.state(step.duration)
+    assert channel.fastest == pytest.approx(max(seen), rel=1e-12)
+    assert motion.Channel(EverySphere(triplet(law=strong)), BETA).fastest == 0.0
 
 
 def test_lines_in_the_moving_frame_are_level_without_interaction():

@@ -56,6 +56,15 @@ class TrainsConfig(Section):
         "two neighbours only, as in the original study",
         default="every_sphere",
     )
+    memory: float = key(
+        "coefficient c of memory: pairs move (1 + c M) times as fast as at distances that are held,"
+        " with M the memory number. 0 leaves it out; README, Verification, says what was found for "
+        "config/paper.yaml",
+        symbol="c",
+        default=0.0,
+        ge=0,
+        le=1,
+    )
     stations: ListOf[Station] = key(
         "positions along the channel at which spacings are recorded",
         symbol="z",

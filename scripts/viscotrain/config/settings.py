@@ -224,6 +224,7 @@ class TrainsSettings(Settings):
     closure: str
     injection: str
     feed: bool
+    memory: float
     confinement: float
     length: float
     stations: tuple[float, ...]

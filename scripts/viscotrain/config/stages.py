@@ -151,6 +151,7 @@ def trains(study: Study) -> TrainsSettings:
         closure=study.trains.closure,
         injection=study.trains.injection,
         feed=study.trains.feed,
+        memory=study.trains.memory,
         confinement=study.confinement,
         length=study.channel.length,
         stations=study.trains.stations,

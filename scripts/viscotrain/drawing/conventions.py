@@ -8,6 +8,7 @@ their error, are open.
 """
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
@@ -18,11 +19,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from viscotrain.drawing.style import GREY
 from viscotrain.table.attributes import ERRORS
+from viscotrain.table.memory import remark as memory_remark
 
 SIGNED = "RdBu_r"
 REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
 REPULSION_COLOUR, ATTRACTION_COLOUR = "#B2182B", "#2166AC"  # towards the ends of RdBu_r
 DISTANCE_TICKS = (1, 1.2, 1.5, 2, 3, 5, 10, math.inf)
+MARK = "\N{DAGGER}"  # of Deborah numbers with a remark
 GRID = 241  # points per axis of a drawn interpolant
 
 
@@ -87,18 +90,30 @@ def scientific(value: float) -> str:
     return rf"{digits}$\cdot$10$^{{{int(power)}}}$"
 
 
-def conditions(deborah: float, confinement: float) -> str:
-    """The conditions of a flow in words."""
-    return f"De = {deborah:g},  $d/D$ = {confinement:g}"
+def conditions(deborah: float, confinement: float, *, remark: str = "") -> str:
+    """The conditions of a flow in words; below them a remark."""
+    return f"De = {deborah:g},  $d/D$ = {confinement:g}" + (f"\n{remark}" if remark else "")
 
 
 def train_conditions(data: xr.Dataset) -> str:
-    """The conditions of a train in words: of the flow, and how much enters by which law."""
+    """The conditions of a train in words: of the flow, how much enters by which law, a remark."""
     flow = conditions(float(data["deborah"]), float(data["confinement"]))
-    return f"{flow},  {data.attrs['injection']} injection\n{amounts(data)}"
+    below = [amounts(data), *filter(None, [memory_remark(data)])]
+    return f"{flow},  {data.attrs['injection']} injection\n" + "\n".join(below)
 
 
 def amounts(data: xr.Dataset) -> str:
     """The volume fractions in the channel and in the feed in words."""
     phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
     return rf"$\phi$ = {phi:.3g} % in the channel, {feed:.3g} % in the feed"
+
+
+def marked_deborah(deborah: float, remark: str) -> str:
+    """De in words, with a mark if there is a remark, as where many De share a legend."""
+    return f"De = {deborah:g}" + (f" {MARK}" if remark else "")
+
+
+def mark_explained(remarks: Iterable[str]) -> str:
+    """A line that says what the mark means, if one of the remarks is not empty."""
+    words = next(filter(None, remarks), "")
+    return f"\n{MARK} {words}" if words else ""

@@ -25,7 +25,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from viscotrain.drawing.conventions import train_conditions
+from viscotrain.drawing.conventions import mark_explained, marked_deborah, train_conditions
 from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import (
     BLUE,
@@ -38,6 +38,7 @@ from viscotrain.drawing.style import (
     styled,
 )
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
+from viscotrain.table.memory import remark
 from viscotrain.trains import design_map
 from viscotrain.trains.statistics import TOUCHING, touching
 from viscotrain.trains.variables import with_errors
@@ -76,7 +77,7 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
         right.plot(line, np.full_like(line, share), color="black", ls=dashes, lw=0.9)
     handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for _, dashes, _ in styles]
     labels = [words for _, _, words in styles]
-    deborah = dataset["deborah"].values
+    deborah, beyond = dataset["deborah"].values, _remarks(dataset)
     for n, (De, colour) in enumerate(zip(deborah, _colours(len(deborah)), strict=True)):
         own = data[data["deborah"] == De]
         x = own["volume_fraction_percent"] * 1.03 ** (n - (len(deborah) - 1) / 2)
@@ -89,7 +90,9 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
         )
         handles.append(Line2D([], [], **marker))
         ratio = float((own["feed_volume_fraction_percent"] / own["volume_fraction_percent"]).mean())
-        labels.append(rf"simulated, De = {De:g} ($\phi_{{feed}}$ = {ratio:.2f} $\phi$)")
+        labels.append(
+            rf"simulated, {marked_deborah(De, beyond[n])} ($\phi_{{feed}}$ = {ratio:.2f} $\phi$)"
+        )
     left.set(xscale="log", yscale="log", ylabel="mean spacing at the outlet, $s^*$ [$d$]")
     right.set(xscale="log", ylabel=r"$s^* \phi/\beta^2$")
     right.margins(y=0.3)
@@ -104,8 +107,16 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
         rf"spacing law $s^* \phi$ = $\phi_{{mp}} \beta^2$,  $d/D$ = {beta:g}", loc="left"
     )
     right.set_title("the same, scaled (bars: sampling plus model error)", loc="left")
+    if words := mark_explained(beyond):
+        handles.append(Line2D([], [], ls=""))
+        labels.append(words.strip())
     figure.legend(handles, labels, loc="outside lower center", ncols=2, columnspacing=2)
     return Drawing(figure, data)
+
+
+def _remarks(dataset: xr.Dataset) -> list[str]:
+    """Of each Deborah number of the map: whether a condition is beyond the quasi-steady range."""
+    return [remark(dataset.sel(deborah=De)) for De in dataset["deborah"].values]
 
 
 def _one_digit(value: float, _) -> str:
@@ -152,7 +163,7 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
         f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm,  "
         f"{dataset.attrs['injection']} injection\n"
         "(first \N{PLUS-MINUS SIGN}, bands: sampling error, 95 %; "
-        "second \N{PLUS-MINUS SIGN}: model error)"
+        "second \N{PLUS-MINUS SIGN}: model error)" + mark_explained(_remarks(dataset))
     )
     return Drawing(figure, design_map.table(dataset))
 
@@ -234,7 +245,7 @@ def _condition_names(dataset: xr.Dataset) -> list[str]:
         own = dataset.sel(deborah=De)
         Q, drop = float(own["flow_rate"]), float(own["pressure_drop"][-1])
         bench = f"\n{Q:.3g} \N{MICRO SIGN}L/min, {drop:.2g} bar" if math.isfinite(Q) else ""
-        names.append(f"De = {De:g}{bench}")
+        names.append(f"{marked_deborah(De, remark(own))}{bench}")
     return names
 
 
@@ -294,7 +305,8 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
                 axes.set_ylabel(label)
             axes.yaxis.set_major_locator(MaxNLocator(4))
         panels[0, column].axhline(float(dataset["ordered_variation"]), color=GREY, lw=0.8, ls="--")
-        panels[0, column].set_title(f"De = {De:g}", loc="left", pad=4)
+        title = marked_deborah(De, remark(dataset.sel(deborah=De)))
+        panels[0, column].set_title(title, loc="left", pad=4)
         bottom = panels[-1, column]
         bottom.set_xlim(z[0], z[-1])
         bottom.set_xlabel("length, $L$ [$D$]")
@@ -324,7 +336,7 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     """
     frame = film.sizes["frame"] // 2
     names = ["position", "window_start", "time"]
-    scalars = ["field_of_view", "confinement", "deborah", "injection_rate"]
+    scalars = ["field_of_view", "confinement", "deborah", "injection_rate", "memory_number"]
     scalars += ["volume_fraction", "feed_volume_fraction"]
     data = film[[*names, *scalars]].isel(frame=frame)
     data.attrs = {"injection": film.attrs["injection"]}

@@ -22,6 +22,7 @@ from viscotrain.drawing.conventions import DISTANCE_TICKS, distance_coordinate
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
+from viscotrain.table.memory import largest, remark
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes
 from viscotrain.trains.variables import with_errors
@@ -93,6 +94,7 @@ def _layers(table: xr.Dataset, grid: np.ndarray):
         nodes = np.diff(layer["velocity"].sel(particle=list(PARTICLES)).values, axis=-1)
         lost = {(sp, sf) for at, sp, sf in missing if at == De}
         item: dict[str, Any] = {"name": f"{De:g}", "colour": to_hex(colour)}
+        item["remark"] = _memory(layer)
         item |= {"surface": None, "pair": None}
         item["limit"] = float(np.nanmax(np.abs(nodes), initial=NEGLIGIBLE))
         if not lost:
@@ -113,6 +115,12 @@ def _layers(table: xr.Dataset, grid: np.ndarray):
                 [float(distance_coordinate(sp)), float(distance_coordinate(sf)), *words]
             )
         yield item
+
+
+def _memory(layer: xr.Dataset) -> str:
+    """What to say of the memory numbers at one De, if something is beyond the range."""
+    words = remark(layer)
+    return words and f"{words}: gaps change by up to {largest(layer):.2g} d in a relaxation time"
 
 
 def _interpolated(velocities: TripletVelocities, s: np.ndarray) -> dict:
@@ -149,8 +157,10 @@ def _train(train: xr.Dataset, units: xr.Dataset) -> dict:
     )
     stations = train["track_station"].values
     channel = float(units["channel_diameter"])
+    words = remark(train)
     return {
-        "name": f"De = {De:g}, volume fraction {100 * phi:.3g} %, in the feed {100 * feed:.3g} %",
+        "name": f"De = {De:g}, volume fraction {100 * phi:.3g} %, in the feed {100 * feed:.3g} %"
+        + (f", {words}" if words else ""),
         "entry": _entry(train, units),
         "statistics": list(_statistics(train)),
         "stations": stations.round(3).tolist(),

@@ -28,6 +28,7 @@ from viscotrain.drawing.canvas import (
 from viscotrain.drawing.encoding import write
 from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import BLUE, VERMILLION
+from viscotrain.table.memory import remark
 from viscotrain.trains.statistics import TOUCHING
 
 BAR_START = 190  # of the scale bar
@@ -37,9 +38,11 @@ ROW_GAP = 34  # between the rows of the moving window
 
 def _conditions(data: xr.Dataset) -> str:
     phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
+    words = remark(data)
     return (
         f"De = {float(data['deborah']):g}   d/D = {float(data['confinement']):g}   "
         f"\N{GREEK SMALL LETTER PHI} = {phi:.3g} %, feed {feed:.3g} %"
+        + (f"   {words}" if words else "")
     )
 
 

@@ -17,12 +17,15 @@ from viscotrain.drawing.conventions import (
     distance_coordinate,
     draw_lubrication,
     largest_error,
+    mark_explained,
+    marked_deborah,
     power_of_ten,
     velocity_unit,
 )
 from viscotrain.drawing.style import COLUMN, MARKERS, Drawing, styled
 from viscotrain.table import pairs
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.memory import remark
 from viscotrain.table.points import holes
 from viscotrain.words import INACCURATE, NEGLIGIBLE, has_solution
 
@@ -40,6 +43,7 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     figure = Figure(figsize=(COLUMN, 3.6), layout="constrained")
     axes = figure.add_subplot()
     colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.88, len(velocities.deborah)))
+    beyond = [remark(table.sel(deborah=De), "pair_memory_number") for De in velocities.deborah]
     for n, (De, colour) in enumerate(zip(velocities.deborah, colours, strict=True)):
         own = data[data["deborah"] == De].assign(
             x=lambda rows: distance_coordinate(rows["distance_d"]),
@@ -54,11 +58,9 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
             edges = tabulated["y"] - error, tabulated["y"] + error
             axes.fill_between(tabulated["x"], *edges, color=colour, alpha=0.2, lw=0)
         _draw_pair_nodes(axes, own, marker)
-        label = (
-            f"De = {De:g}"
-            if len(curve)
-            else f"De = {De:g} (no curve, \N{MULTIPLICATION SIGN} hole)"
-        )
+        label = marked_deborah(De, beyond[n])
+        if not len(curve):
+            label += " (no curve, \N{MULTIPLICATION SIGN} hole)"
         axes.plot([], [], label=label, ls="-" if len(curve) else "", **marker)
     if (data["kind"] == "inaccurate").any():
         axes.plot([], [], ls="", marker="o", ms=4, mfc="white", color="black", label="not accurate")
@@ -83,7 +85,7 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     axes.set_ylabel(f"velocity of the leading minus\nthe trailing sphere {velocity_unit(power)}")
     distance_axis(axes.xaxis)
     figure.legend(
-        title=f"a pair alone, $d/D$ = {confinement:g}",
+        title=f"a pair alone, $d/D$ = {confinement:g}" + mark_explained(beyond),
         loc="outside upper center",
         ncols=2 if (data["kind"] == "hole").any() else 4,
         columnspacing=1.2,

@@ -30,6 +30,7 @@ from viscotrain.drawing.conventions import (
     velocity_unit,
 )
 from viscotrain.drawing.style import GREY, PAGE, PALE_GREY, VERMILLION, Drawing, styled
+from viscotrain.table import memory
 from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.points import holes
@@ -69,7 +70,8 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
     figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)
     rows = figure.add_gridspec(2, 2, height_ratios=[0.12, 1.0])
-    _draw_triplet(figure.add_subplot(rows[0, :]), deborah, confinement)
+    words = conditions(deborah, confinement, remark=memory.remark(layer))
+    _draw_triplet(figure.add_subplot(rows[0, :]), words)
     panels = [figure.add_subplot(rows[1, n]) for n in range(2)]
     x = distance_coordinate(s)
     for n, (axes, who) in enumerate(zip(panels, ("trailing", "leading"), strict=True)):
@@ -225,7 +227,7 @@ def _legend_below(
     )
 
 
-def _draw_triplet(axes: Axes, deborah: float, confinement: float):
+def _draw_triplet(axes: Axes, words: str):
     """A schematic of the three spheres in their channel, and the conditions beside it."""
     axes.set(aspect="equal", xlim=(-9.5, 9.5), ylim=(-0.95, 1.0))
     axes.axis("off")
@@ -244,6 +246,6 @@ def _draw_triplet(axes: Axes, deborah: float, confinement: float):
     arrow = {"arrowstyle": "-|>", "lw": 1.0, "color": "black"}
     axes.annotate("", (-1.8, 0), (-2.7, 0), arrowprops=arrow)
     axes.text(-2.8, 0, "flow", ha="right", va="center", fontsize=7)
-    axes.text(-4.8, 0, conditions(deborah, confinement), ha="right", va="center")
+    axes.text(-4.8, 0, words, ha="right", va="center")
     names = "1 trailing, 2 middle, 3 leading;\n$s$ = \N{INFINITY}: sphere not there"
     axes.text(4.8, 0, names, ha="left", va="center")

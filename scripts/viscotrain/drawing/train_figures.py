@@ -23,7 +23,8 @@ DRAWN_LENGTH = 80.0  # of a train, in d
 WORDS = 2.0  # width of what is written beside a panel, in inches
 
 
-SCALARS = ["deborah", "confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"]
+SCALARS = ["deborah", "confinement", "volume_fraction", "feed_volume_fraction"]
+SCALARS += ["injection_rate", "memory_number"]
 
 
 def kept(trains: xr.Dataset, measures: Sequence[str], others: Sequence[str] = ()) -> xr.Dataset:
@@ -113,7 +114,7 @@ def _measures(station: xr.Dataset) -> str:
 def train(trains: xr.Dataset) -> Drawing:
     """Successive spheres against channel position, in a frame that moves with them."""
     tracks = ["track_time", "track_position"]
-    data = kept(trains, [], tracks).transpose("track_sphere", "track_station")
+    data = kept(trains, [], tracks).transpose("track_sphere", "track_station", ...)
     entered = data["track_position"].values[:, 0]
     data = data.isel(track_sphere=entered > entered[0] - DRAWN_LENGTH)
     z = data["track_station"].values

@@ -6,9 +6,11 @@ distance. The displacement is linear on each triangle, so every sphere is displa
 of the mesh move with
 
     w = sum_i W_i phi_i,      W_i = U_i - U_reference,      phi_i = 1 on sphere i, 0 on all others.
+
+What spheres do must not depend on w in between: any profile that rises from 0 to 1 will do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import ngsolve
 import numpy as np
@@ -23,16 +25,29 @@ from viscotrain.flow.discretisation import Flow
 PLACED = 1e-11  # accuracy of places in the undeformed mesh, in D
 PLACING_STEPS = 100
 
+Profile = Callable[[NDArray], NDArray]  # from [0, 1] to [0, 1], rising
+
+
+def linear(t: NDArray) -> NDArray:
+    """The profile that stretches a gap evenly."""
+    return t
+
+
+def smooth_step(t: NDArray) -> NDArray:
+    """A profile without kinks at the spheres."""
+    return t * t * (3 - 2 * t)
+
 
 class MovingMesh:
     """Displaces the mesh of a flow.
 
     Args:
         flow: Its geometry is that of the undeformed mesh.
+        profile: How phi rises to a sphere, from the ones beside it or from the periodic ends.
     """
 
-    def __init__(self, flow: Flow):
-        self.flow = flow
+    def __init__(self, flow: Flow, profile: Profile = linear):
+        self.flow, self._profile = flow, profile
         geometry = flow.geometry
         names = list(geometry.spheres)
         self._reference = None if geometry.reference is None else names.index(geometry.reference)
@@ -41,12 +56,12 @@ class MovingMesh:
         self._displacement = ngsolve.GridFunction(VectorH1(flow.mesh, order=1))
 
     def _shape(self, k: int) -> ngsolve.GridFunction:
-        """Shape phi of sphere k: linear on triangles, a broken line in z at the vertices."""
+        """Shape phi of sphere k: linear on triangles, the profile in z at the vertices."""
         shape = ngsolve.GridFunction(H1(self.flow.mesh, order=1))
         at_vertices = np.array([vertex.point[0] for vertex in self.flow.mesh.vertices])
         only_k = _around(np.eye(len(self.flow.geometry.spheres))[k])
         line = np.interp(at_vertices, np.ravel(self.flow.geometry.free_axis), only_k)
-        shape.vec.FV().NumPy()[:] = line
+        shape.vec.FV().NumPy()[:] = self._profile(line)
         return shape
 
     @property
@@ -120,6 +135,8 @@ def _around(on_spheres: NDArray) -> NDArray:
 def transfer_stress(old: MovingMesh, new: MovingMesh, positions: NDArray):
     """Set psi of the new flow to that of the old one at the same places, by L2 projection.
 
+    c_zr stays 0 on the axis: values there are no unknowns, so that no later step would mend them.
+
     Args:
         old: The state of its flow is read; its mesh is left undeformed.
         new: The psi of the state of its flow is set; its mesh is left at the positions.
@@ -138,8 +155,6 @@ def transfer_stress(old: MovingMesh, new: MovingMesh, positions: NDArray):
     space = Periodic(H1(mesh, order=order))
     trial, test = space.TnT()
     mass = ngsolve.BilinearForm(trial * test * dx).Assemble()
-    inverse = mass.mat.Inverse(space.FreeDofs(), inverse="umfpack")
-    projected = ngsolve.GridFunction(space)
     for source, target in zip(
         [part for psi in old.flow.fields().psi for part in psi],
         [part for psi in new.flow.fields().psi for part in psi],
@@ -147,5 +162,5 @@ def transfer_stress(old: MovingMesh, new: MovingMesh, positions: NDArray):
     ):
         values.vec.FV().NumPy()[:] = np.ravel(source(places))
         load = ngsolve.LinearForm(values * test * dx(intrules=rules)).Assemble()
-        projected.vec.data = inverse * load.vec
-        target.vec.data = projected.vec
+        inverse = mass.mat.Inverse(target.space.FreeDofs(), inverse="umfpack")
+        target.vec.data = inverse * load.vec

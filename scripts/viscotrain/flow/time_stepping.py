@@ -1,4 +1,4 @@
-"""Transient simulation: force-free spheres that move, from fluid at rest and free of stress.
+"""Transient simulation: force-free spheres that move, from rest or from a stress that is given.
 
 ALE. The frame moves with the reference sphere, the mesh with the gaps (`moving_mesh`); d psi/dt is
 taken at points of the mesh.
@@ -10,7 +10,8 @@ Differential Equations I, 1993, III.5),
 
 for psi and for the positions, fully coupled: the positions follow the velocities inside of the
 Newton iteration. The first step is a backward Euler step, so small that it does not matter. The
-velocities have no inertia; at t = 0 they are those of the solvent alone.
+velocities have no inertia: at t = 0 they follow from the stress by the momentum balance. From rest,
+free of stress, they are those of the solvent alone.
 
 Remeshing. When a piece of the axis between or beside the spheres has been stretched or compressed
 by more than a given factor, the present geometry is meshed anew. The psi of the last states is
@@ -39,7 +40,7 @@ from viscotrain.errors import SolutionError
 from viscotrain.flow import newton
 from viscotrain.flow.discretisation import Flow, Storage
 from viscotrain.flow.geometry import Geometry
-from viscotrain.flow.moving_mesh import MovingMesh, transfer_stress
+from viscotrain.flow.moving_mesh import MovingMesh, Profile, linear, transfer_stress
 
 GROWTH = 2.0  # of a step over the one before, at most
 SAFETY = 0.8  # aim at this part of the tolerance, in the step size
@@ -162,6 +163,8 @@ class Transient:
         make_flow: Makes the mesh and the unknowns of a geometry.
         deborah: lambda_1 Ubar/D.
         options: Time steps.
+        developed: Flow of the same geometry, on any mesh, with the stress at t = 0; None = rest.
+        profile: Of the velocity of the mesh between the spheres.
     """
 
     def __init__(
@@ -170,7 +173,10 @@ class Transient:
         make_flow: Callable[[Geometry], Flow],
         deborah: float,
         options: TimeOptions,
+        developed: Flow | None = None,
+        profile: Profile = linear,
     ):
+        self._developed, self._profile = developed, profile
         self._make_flow, self.deborah, self.options = make_flow, deborah, options
         self.instants: list[Instant] = []
         self._history = _History()
@@ -182,7 +188,7 @@ class Transient:
         """Go on with this mesh and these unknowns."""
         self.flow = flow
         flow.deborah.Set(self.deborah)
-        self._mesh = MovingMesh(flow)
+        self._mesh = MovingMesh(flow, self._profile)
         self._storage = Storage(ngsolve.Parameter(0.0), ngsolve.GridFunction(flow.space))
         form = flow.transient_form(self._mesh.velocity, self._storage)
         self._newton = newton.ModifiedNewton(form, flow.free)
@@ -212,12 +218,14 @@ class Transient:
             yield self.instants[-1]
 
     def _start(self) -> Instant:
-        """At rest and free of stress: only the solvent resists."""
+        """Velocities from the stress at t = 0; without any, only the solvent resists."""
         flow = self.flow
         flow.state.vec[:] = 0.0
         started = time.process_time()
-        convergence = self._balance_momentum("start from rest")
         positions = np.array(flow.geometry.positions)
+        if self._developed is not None:
+            transfer_stress(MovingMesh(self._developed), self._mesh, positions)
+        convergence = self._balance_momentum("start")
         self._history.append(0.0, flow.state.vec.FV().NumPy().copy(), positions)
         return self._instant(convergence, time.process_time() - started)
 

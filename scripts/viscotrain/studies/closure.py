@@ -22,7 +22,7 @@ from viscotrain.errors import SolutionError
 from viscotrain.flow.geometry import Geometry
 from viscotrain.studies.dns import Report, solutions
 from viscotrain.studies.resolution import with_sizes
-from viscotrain.studies.transient import follow_from_rest, start_up_time
+from viscotrain.studies.transient import follow_spheres, start_up_time
 from viscotrain.words import CONTACT
 
 REFINEMENT = 0.7  # element sizes over the default ones
@@ -46,15 +46,15 @@ def follow_train(
         deborah: De in the definition of the study.
         report: Takes a line of text per step.
         checkpoint: File (.npz) to continue from.
-        code: Digest of the program, as for `transient.follow_from_rest`.
+        code: Digest of the program, as for `transient.follow_spheres`.
     """
     study, until = settings.flow, settings.duration
     train = Geometry.train(study.confinement, settings.distances, study.dns.margin)
-    trajectory, _ = follow_from_rest(
+    trajectory, _ = follow_spheres(
         study, train, deborah, until=until, report=report, checkpoint=checkpoint, code=code
     )
     if deborah == 0:
-        finer, _ = follow_from_rest(refined(study), train, deborah, until=until, report=report)
+        finer, _ = follow_spheres(refined(study), train, deborah, until=until, report=report)
         trajectory = with_refinement(trajectory, finer)
     long_name = "time at which the start-up is over times mean velocity over channel diameter"
     over = start_up_time(study, deborah)

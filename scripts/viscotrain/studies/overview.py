@@ -26,6 +26,7 @@ def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
         f"by the fall-back: {points.fallback_points(table)}, "
         f"largest estimated error {description.largest_error(table)}",
         f"  interpolation   {description.largest_check_error(table)}",
+        f"  distances held  {description.memory_headline(table)}",
         f"  simulation      {cpu:.0f} CPU s in {len(timing)} jobs"
         if timing
         else f"  simulation      none; {table.attrs.get('given_table', 'CPU times not given')}",

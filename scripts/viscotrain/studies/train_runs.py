@@ -12,11 +12,15 @@ def simulate(
     settings: TrainsSettings, table: VelocityTable, deborah: float, volume_fraction: float
 ) -> xr.Dataset:
     """All repeats with their statistics, and De in all definitions."""
+    own = dict(settings)
+    De = table.deborah_longest_mode(deborah)
+    strength = own.pop("memory") * De / settings.confinement
     trains = repeats.run_repeats(
         table.at(deborah),
         volume_fraction=volume_fraction,
         centreline_velocity=table.centreline_velocity(deborah),
         interpolation_error=interpolation_error(table, deborah),
-        **dict(settings),
-    )
-    return trains.assign(repeats.deborah_numbers(table, deborah))
+        memory_strength=strength,
+        **own,
+    ).assign(repeats.deborah_numbers(table, deborah))
+    return repeats.with_memory_numbers(trains)

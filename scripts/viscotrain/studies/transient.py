@@ -20,6 +20,7 @@ from viscotrain.config.settings import TransientSettings
 from viscotrain.errors import SolutionError
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.geometry import Geometry
+from viscotrain.flow.moving_mesh import Profile, linear
 from viscotrain.flow.time_stepping import Instant, TimeOptions, Transient
 from viscotrain.fluid.parameters import NEWTONIAN
 from viscotrain.studies.dns import Report, make_flow, triplet, undisturbed
@@ -85,19 +86,19 @@ def flow_maker(study: TransientSettings, deborah: float) -> Callable[[Geometry],
 def follow_triplet(
     study: TransientSettings, sp: float, sf: float, deborah: float, **how
 ) -> tuple[xr.Dataset, pd.DataFrame]:
-    """The start-up of one triplet (sp, sf), in d; `how` as for `follow_from_rest`.
+    """The start-up of one triplet (sp, sf), in d; `how` as for `follow_spheres`.
 
     Returns:
         Dataset (time, sphere) with sp and sf, and a row with the CPU seconds.
     """
     until = start_up_time(study, deborah)
-    followed, steps = follow_from_rest(study, triplet(study, sp, sf), deborah, until=until, **how)
+    followed, steps = follow_spheres(study, triplet(study, sp, sf), deborah, until=until, **how)
     seconds = round(sum(step.seconds for step in steps), 3)
     row = {"sp": sp, "sf": sf, "deborah": deborah, "steps": len(steps), "cpu_seconds": seconds}
     return followed.assign({"sp": sp, "sf": sf}), pd.DataFrame([row])
 
 
-def follow_from_rest(
+def follow_spheres(
     study: TransientSettings,
     geometry: Geometry,
     deborah: float,
@@ -106,8 +107,10 @@ def follow_from_rest(
     report: Report,
     checkpoint: Path | None = None,
     code: str = "",
+    developed: Flow | None = None,
+    profile: Profile = linear,
 ) -> tuple[xr.Dataset, Sequence[Instant]]:
-    """Follow spheres from rest.
+    """Follow spheres from rest, or from a developed stress.
 
     Args:
         study: What it depends on.
@@ -117,6 +120,8 @@ def follow_from_rest(
         report: Takes a line of text per step.
         checkpoint: File (.npz) to continue from and to write after every step; None for neither.
         code: Digest of the program; a checkpoint of another one is not continued from.
+        developed: Flow with the stress at the start, as for `Transient`; None = none.
+        profile: Of the velocity of the mesh, as for `Transient`.
 
     Returns:
         Dataset (time, sphere) and the steps, with their CPU seconds.
@@ -126,8 +131,11 @@ def follow_from_rest(
         flow_maker(study, deborah),
         study.deborah_longest_mode(deborah),
         time_options(study, deborah),
+        developed,
+        profile,
     )
-    signature = _signature(study, geometry, deborah, code)
+    start = "rest" if developed is None else "developed"
+    signature = _signature(study, geometry, deborah, start, profile.__name__, code)
     if checkpoint and checkpoint.exists() and simulation.load(checkpoint, signature):
         report(f"goes on from t = {simulation.instants[-1].time:g} D/Ubar")
     reason = ""
@@ -142,8 +150,8 @@ def follow_from_rest(
     return _dataset(study, geometry, deborah, simulation.instants, reason), simulation.instants
 
 
-def _signature(study: TransientSettings, geometry: Geometry, deborah: float, code: str) -> str:
-    parts = [repr(study.stated()), repr(geometry), deborah, code]
+def _signature(study: TransientSettings, geometry: Geometry, deborah: float, *more: str) -> str:
+    parts = [repr(study.stated()), repr(geometry), deborah, *more]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
 
@@ -184,7 +192,7 @@ def _dataset(study, geometry, deborah, instants: Sequence[Instant], reason: str)
             "sphere": list(geometry.spheres),
             "gap": np.arange(1, max(shape[1], 1)),
         },
-        attrs={"title": f"{shape[1]} spheres from rest at De = {deborah:g}"},
+        attrs={"title": f"{shape[1]} moving spheres at De = {deborah:g}"},
     )
     for name, variable in dataset.variables.items():
         variable.attrs.update(ATTRIBUTES.get(str(name), {}))

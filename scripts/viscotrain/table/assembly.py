@@ -33,6 +33,7 @@ from viscotrain.table.attributes import (
 )
 from viscotrain.table.changes import interpolate_changes
 from viscotrain.table.interpolation import MOST_NAMED, name_geometries
+from viscotrain.table.memory import with_memory_numbers
 from viscotrain.table.points import count, holes
 from viscotrain.table.present import to_nodes
 from viscotrain.table.triplets import Triplet, twin
@@ -65,9 +66,10 @@ def combine(
     Args:
         results: One dataset per geometry as the dns stage writes it, in any order: velocity
             (deborah, particle), pressure_gradient, centreline_velocity and status (deborah), and
-            the scalars sp and sf; velocity_error (deborah) and relative_velocity_error (deborah,
-            pair) if errors are estimated. A point that is missing is that of its twin, or a hole.
-            Transient ones, as `after_start_up` makes them, come one per geometry and De.
+            the scalars sp, sf and confinement; velocity_error (deborah) and
+            relative_velocity_error (deborah, pair) if errors are estimated. A point that is missing
+            is that of its twin, or a hole. Transient ones, as `after_start_up` makes them, come one
+            per geometry and De.
         sp: Distances of the grid in d, ascending, the last one infinite.
         sf: The same on the other axis.
         deborah: Deborah numbers of the grid, ascending, in the definition of the study.
@@ -84,7 +86,8 @@ def combine(
     wanted = [*itertools.product(sp, sf), *((s, math.inf) for s in table["pair_distance"].values)]
     reasons: dict[tuple[float, float, float], str] = {}
     seen: set[tuple[float, ...]] = set()
-    for result in spread(results, wanted):
+    parts = spread(results, wanted)
+    for result in parts:
         geometry = triplet_of(result)
         points = {(*geometry, De) for De in result["deborah"].values}
         if points & seen:
@@ -97,7 +100,7 @@ def combine(
     for De in sorted(every_second):
         interpolate_changes(table, De)
     _refuse_holes(table, max_holes, reasons)
-    return table
+    return with_memory_numbers(table, float(parts[0]["confinement"]))
 
 
 def spread(results: Iterable[xr.Dataset], grid: Iterable[Triplet]) -> list[xr.Dataset]:

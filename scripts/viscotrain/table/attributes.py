@@ -6,9 +6,11 @@ import numpy as np
 import xarray as xr
 
 from viscotrain.words import (
+    BEYOND_QUASI_STEADY,
     INACCURATE,
     NOT_ATTEMPTED,
     NOT_CONVERGED,
+    QUASI_STEADY_LIMIT,
     SOLVED,
 )
 
@@ -17,6 +19,7 @@ ERRORS = ("velocity_error", "relative_velocity_error")  # estimated by the simul
 PRESENT = ("present_sp", "present_sf")  # of transient results: distances at that time
 PRESENT_PAIR = "present_pair_distance"
 DEBORAH_COORDINATES = ("deborah_longest_mode", "deborah_mean_relaxation_time")
+BEYOND = f"above {QUASI_STEADY_LIMIT:g}: {BEYOND_QUASI_STEADY}"  # comment of memory numbers
 ATTRIBUTES: dict[str, dict[str, Any]] = {
     "deborah": {"long_name": "Deborah number, as the study defines it", "units": "1"},
     "sp": {
@@ -83,6 +86,16 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
         "long_name": "estimated discretisation error of the relative velocity of the pair, over "
         "mean velocity of the flow",
         "units": "1",
+    },
+    "memory_number": {
+        "long_name": "diameters that a gap changes within the longest relaxation time",
+        "units": "1",
+        "comment": f"of the faster gap; {BEYOND}",
+    },
+    "pair_memory_number": {
+        "long_name": "diameters that the gap of a pair changes within the longest relaxation time",
+        "units": "1",
+        "comment": BEYOND,
     },
     "fallback": {
         "long_name": "1 where the iteration was stuck, and the mesh of the start was taken in "

@@ -17,8 +17,6 @@ from viscotrain.words import (
     has_solution,
 )
 
-OF_A_SUM = 2.0  # errors of simulations in what is interpolated: of four pairs, and of triplets
-
 
 def combine_and_check(
     results: Sequence[xr.Dataset],
@@ -73,17 +71,12 @@ def _refuse_error(layer: xr.Dataset, accuracy: float, relative_accuracy: float):
     """Raise TableError where interpolation at one De is worse than the simulations are asked for.
 
     A check cannot tell more than simulations can: the estimated error of its own counts as what is
-    asked for, if it is larger. What is interpolated is a sum over several pairs and triplets, whose
-    errors add up to some two of the typical one (the median estimate), which is allowed besides.
-    A check that was not solved, or where the table has holes, says nothing.
+    asked for, if it is larger. One that was not solved, or where the table has holes, says nothing.
     """
     U = layer["check_velocity"].transpose("check", "particle").values
     error = np.abs(layer["check_error"].transpose("check", "pair").values).max(axis=-1)
     allowed = np.maximum(accuracy, relative_accuracy * np.abs(np.diff(U, axis=-1)).max(axis=-1))
     allowed = np.fmax(allowed, layer["check_simulation_error"].values)
-    estimates = layer["relative_velocity_error"].max("pair").values
-    if np.isfinite(estimates).any():
-        allowed += OF_A_SUM * np.nanmedian(estimates)
     De, wrong = float(layer["deborah"]), error > allowed
     if not wrong.any():
         return

@@ -8,6 +8,7 @@ import xarray as xr
 from viscotrain.table.attributes import ERRORS
 from viscotrain.table.check import layers
 from viscotrain.table.interpolation import TripletVelocities, name_geometries
+from viscotrain.table.memory import largest, remark
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import (
     count,
@@ -18,6 +19,7 @@ from viscotrain.table.points import (
     point_error,
 )
 from viscotrain.words import (
+    BEYOND_QUASI_STEADY,
     MIDDLE,
     NEGLIGIBLE,
 )
@@ -26,6 +28,7 @@ from viscotrain.words import (
 def summary(table: xr.Dataset) -> str:
     """What a person wants to know about a table, as text."""
     sections = [_grid_lines(table), _velocity_lines(table), _pair_lines(table)]
+    sections += [_memory_lines(table)]
     sections += [_hole_lines(table), _error_lines(table), _check_lines(table)]
     sections.append(_source_lines(table))
     return "\n\n".join("\n".join(lines) for lines in sections)
@@ -84,6 +87,21 @@ def _pair_behaviour(velocities: TripletVelocities) -> str:
         words.append(f"until s = {crossing:.2f}, then {kind}")
     strongest = int(np.argmax(np.abs(relative)))
     return f"{' '.join(words)}; strongest {relative[strongest]:+.2e} Ubar at s = {s[strongest]:.2f}"
+
+
+def _memory_lines(table) -> Iterator[str]:
+    yield "Memory number: diameters that a gap changes within a relaxation time, at most"
+    for k, De in enumerate(table["deborah"].values):
+        layer = table.isel(deborah=k)
+        yield f"  De {De:g}: {largest(layer):.2g}  {remark(layer)}".rstrip()
+
+
+def memory_headline(table: xr.Dataset) -> str:
+    """The largest memory number and the Deborah numbers that are beyond the range, in words."""
+    layers = [table.isel(deborah=k) for k in range(table.sizes["deborah"])]
+    beyond = [f"{float(layer['deborah']):g}" for layer in layers if remark(layer)]
+    words = f"; {BEYOND_QUASI_STEADY}: De {', '.join(beyond)}" if beyond else ""
+    return f"memory number up to {largest(table):.2g}{words}"
 
 
 def _hole_lines(table) -> Iterator[str]:

@@ -356,9 +356,7 @@ class VelocityTable:
         """
         settings = yaml.safe_load(self.dataset.attrs.get("simulations_settings", "")) or {}
         if "confinement" not in settings:
-            raise TableError(
-                "the table does not say of which d/D it is; allowed: a table that does"
-            )
+            raise TableError("the table does not say of which d/D it is; allowed: one that does")
         return float(settings["confinement"])
 
     def at(self, deborah: float) -> TripletVelocities:
@@ -381,6 +379,10 @@ class VelocityTable:
     def centreline_velocity(self, deborah: float) -> float:
         """U_max of the undisturbed flow in Ubar; raises TableError like `index`."""
         return float(self.dataset["centreline_velocity"][self.index(deborah)])
+
+    def deborah_longest_mode(self, deborah: float) -> float:
+        """lambda_1 Ubar/D there; raises TableError like `index`."""
+        return float(self.dataset["deborah_longest_mode"][self.index(deborah)])
 
     def index(self, deborah: float) -> int:
         """Position of a Deborah number in the table; raises TableError if it is not there."""

@@ -42,7 +42,7 @@ def after_start_up(trajectory: xr.Dataset) -> xr.Dataset:
     )
     result = result.drop_vars("time").expand_dims(deborah=[float(end["deborah"])])
     return result.assign(
-        {name: end[name].drop_vars("time") for name in ("sp", "sf")}
+        {name: end[name].drop_vars("time") for name in ("sp", "sf", "confinement")}
     ).assign_coords({name: ("deborah", [float(end[name])]) for name in DEBORAH_COORDINATES})
 
 

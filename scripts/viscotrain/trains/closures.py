@@ -40,6 +40,14 @@ and 1e-5 Ubar at De = 5, 7e-5 and 8e-6 at De = 1, and every sphere from a simula
 2e-5 and 3e-6, 8e-6 and 2e-6. To end the sum one sphere earlier would tell nothing: it ends where
 its terms are negligible.
 
+**Memory.** The stress around spheres that leave each other is that of smaller distances, and drives
+them on (`table.memory`). To first order in the memory number M of a pair,
+
+    dU = dU_held (1 + c M),    M = De |dU_held|/beta,
+
+half of it for either sphere. In a train each gap so adds to the two spheres at its ends, and to no
+others; c is fitted to direct simulations (`studies.whole_channel`).
+
 The two spheres of a train of two are middle spheres with one neighbour at infinity, a single one
 with both: for both closures alike.
 """
@@ -165,9 +173,40 @@ class NeighboursAsPairs(Closure):
         return U
 
 
+class WithMemory(Closure):
+    """Another closure, and what the gaps have been.
+
+    Args:
+        held: Velocities of trains whose gaps are held.
+        strength: c De/beta, in 1/Ubar.
+    """
+
+    def __init__(self, held: Closure, strength: float):
+        super().__init__(held.triplets)
+        self._held, self._strength = held, strength
+
+    def free_velocities(self, distance: NDArray) -> NDArray:
+        """See `Closure.free_velocities`."""
+        free = self._held.free_velocities(distance)
+        relative = np.diff(free)
+        free[1:] += self._strength / 2 * relative * np.abs(relative)
+        free[:-1] -= self._strength / 2 * relative * np.abs(relative)
+        return free
+
+
 CLOSURES: dict[str, type[Closure]] = {"every_sphere": EverySphere, "nearest": Nearest}
 POORER: dict[str, type[Closure]] = {"every_sphere": FartherAsPairs, "nearest": NeighboursAsPairs}
 Increments = Callable[[Velocities, NDArray, NDArray], tuple[NDArray, NDArray]]
+
+
+def make_closure(name: str, velocities: Velocities, strength: float = 0.0) -> Closure:
+    """The closure of this name, out of `CLOSURES`, with a memory of this strength if any."""
+    return with_memory(CLOSURES[name](velocities), strength)
+
+
+def with_memory(held: Closure, strength: float) -> Closure:
+    """A closure, with a memory of this strength if any."""
+    return WithMemory(held, strength) if strength > 0 else held
 
 
 def increments(velocities: Velocities, a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:

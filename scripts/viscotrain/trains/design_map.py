@@ -30,7 +30,10 @@ from numpy.typing import ArrayLike, NDArray
 from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
+from viscotrain.table import memory
+from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.trains.variables import with_errors
+from viscotrain.words import BEYOND_QUASI_STEADY
 
 MEASURES = ("mean_spacing", "spacing_mode", "spacing_variation", "even_share", "touching_share")
 ERRORS = ("_halfwidth", "_model_error")
@@ -83,10 +86,10 @@ def combine(
 
     Returns:
         The measures of the spacing with their `_halfwidth` and `_model_error`, `ordering_length`
-        (deborah, volume_fraction) in D with `_earliest` and `_latest`, what the injection law
-        itself makes, and physical numbers: `flow_rate` (deborah) in uL/min, `sphere_rate`
-        (deborah, volume_fraction) in 1/s, `length` (station) in cm, `pressure_drop` (deborah,
-        station) in bar. Instead of `volume_fraction` it may be over `feed_volume_fraction`.
+        (deborah, volume_fraction) in D with `_earliest` and `_latest`, `memory_number`, what
+        the injection law itself makes, and physical numbers: `flow_rate` (deborah) in uL/min,
+        `sphere_rate` (deborah, volume_fraction) in 1/s, `length` (station) in cm, `pressure_drop`
+        (deborah, station) in bar. It may be over `feed_volume_fraction` instead.
     """
     text, given = points[0], str(points[0].attrs["given"])
     z = text["station"].values
@@ -106,6 +109,11 @@ def combine(
             for name, order in _ordering_lengths(z, values, ordered_variation).items()
         }
         | {
+            "memory_number": (
+                grid[:2],
+                _memory(points, deborah, fractions),
+                ATTRIBUTES["memory_number"],
+            ),
             "ordered_variation": ((), ordered_variation, _words("1", THRESHOLD)),
             "confinement": text["confinement"],
             "sphere_rate": (grid[:2], rate, _words("s-1", SPHERE_RATE)),
@@ -170,6 +178,16 @@ def _filled(
     return values
 
 
+def _memory(points: Sequence[xr.Dataset], deborah: list, fractions: list) -> NDArray:
+    """Largest memory number of each condition; NaN where none was simulated."""
+    given = str(points[0].attrs["given"])
+    values = np.full((len(deborah), len(fractions)), np.nan)
+    for point in points:
+        at = deborah.index(float(point["deborah"])), fractions.index(float(point[given]))
+        values[at] = memory.largest(point)
+    return values
+
+
 ORDERING_LENGTH = (
     "first position over channel diameter from which on the coefficient of variation of the "
     "spacing is not above ordered_variation; inf: it is above at the outlet"
@@ -229,6 +247,7 @@ def _rows(own: xr.Dataset) -> pd.DataFrame:
     for end in ("", "_earliest", "_latest"):
         length = float(own[f"ordering_length{end}"])
         columns |= {f"ordering_length{end}_D": length, f"ordering_length{end}_cm": cm * length}
+    columns["memory_number"] = float(own["memory_number"])
     return pd.DataFrame(columns)
 
 
@@ -255,4 +274,12 @@ def headline(dataset: xr.Dataset) -> list[str]:
         f"at De = {float(best['deborah']):g},",
         f"phi = {100 * float(best['volume_fraction']):.3g} %, in the feed "
         f"{100 * float(best['feed_volume_fraction']):.3g} %{enter}",
+        *_remarks(dataset),
     ]
+
+
+def _remarks(dataset: xr.Dataset) -> list[str]:
+    """Names the Deborah numbers with conditions beyond the quasi-steady range, if any."""
+    rows = dataset.transpose("deborah", ...)
+    names = [f"{De:g}" for De in rows["deborah"].values if memory.remark(rows.sel(deborah=De))]
+    return [f"{BEYOND_QUASI_STEADY}: De {', '.join(names)}"] if names else []

@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from viscotrain.trains.closures import CLOSURES, Velocities
+from viscotrain.trains.closures import Velocities, make_closure
 from viscotrain.trains.condition import generator
 from viscotrain.trains.recording import record_train
 from viscotrain.trains.repeats import tracked_velocity
@@ -87,6 +87,7 @@ def film(
     )
     for name in SCALARS:
         dataset[name] = train[name]
+    dataset["memory_number"] = train["memory_number"].max(keep_attrs=True)
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
     dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:.3g}"
     dataset.attrs |= {name: train.attrs[name] for name in ("given", "injection")}
@@ -146,7 +147,7 @@ def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> lis
     """Positions in D of all spheres of repeat 0 at some times after recording began."""
     beta, length = float(train["confinement"]), float(train["channel_length"])
     record = record_train(
-        CLOSURES[train.attrs["closure"]](velocities),
+        make_closure(train.attrs["closure"], velocities, float(train.attrs["memory_strength"])),
         confinement=beta,
         volume_fraction=float(train["volume_fraction"]),
         injection=train.attrs["injection"],

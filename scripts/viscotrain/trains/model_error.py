@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import distribution
-from viscotrain.trains.closures import POORER, Closure, Velocities
+from viscotrain.trains.closures import POORER, Closure, Velocities, with_memory
 from viscotrain.trains.statistics import MEASURES, MODE, MODE_WORDS, Measure, measures
 from viscotrain.trains.variables import described
 from viscotrain.words import CONTACT
@@ -80,7 +80,11 @@ def interpolation_error(table: VelocityTable, deborah: float) -> float:
 
 
 def variants(
-    velocities: Velocities, closure: str, closed: Closure, amplitude: float
+    velocities: Velocities,
+    closure: str,
+    closed: Closure,
+    amplitude: float,
+    memory_strength: float = 0.0,
 ) -> dict[str, Closure]:
     """The closures of the same trains by something a little wrong, by name.
 
@@ -89,11 +93,12 @@ def variants(
         closure: Name of one of `CLOSURES`.
         closed: What it makes of the velocities.
         amplitude: Result of `interpolation_error`.
+        memory_strength: That of the closure, see `closures.WithMemory`.
     """
     found: dict[str, Closure] = {}
     if math.isfinite(amplitude):
         found["table"] = Shifted(closed, amplitude, velocities.decay)
-    return found | {"closure": POORER[closure](velocities)}
+    return found | {"closure": with_memory(POORER[closure](velocities), memory_strength)}
 
 
 def model_error(spacing: NDArray, wrong: Mapping[str, NDArray], mean_spacing: float) -> xr.Dataset:

@@ -20,7 +20,7 @@ Units: positions and times in D and D/Ubar, distances and snapshots in d, veloci
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -77,11 +77,15 @@ class Channel:
         closure: Velocities of trains.
         confinement: d/D.
         tolerance: Of Euler's distances in one step, in d.
+
+    Attributes:
+        fastest: Largest relative velocity of neighbours at the beginning of any step, in Ubar.
     """
 
     closure: Closure
     confinement: float
     tolerance: float = TOLERANCE
+    fastest: float = field(default=0.0, init=False)
 
     def __post_init__(self):
         self._trial = LONGEST_STEP  # length of the next step
@@ -107,6 +111,8 @@ class Channel:
     def step(self, y: NDArray, longest: float) -> tuple[Step, NDArray]:
         """One step within the tolerance, not longer than `longest`, and velocities at its start."""
         velocity, start = self.motion(y)
+        relative = self.confinement * np.exp(y[1:]) * start[1:]
+        self.fastest = float(np.max(np.abs(relative), initial=self.fastest))
         while True:
             duration = min(longest, self._trial)
             _, end = self.motion(y + duration * start)

@@ -43,6 +43,7 @@ class Record:
         remaining: Spheres in the channel at the end.
         delayed: Injections that had to wait for room, which `injection_law` makes rare.
         duration: Simulated time in D/Ubar.
+        fastest: Largest relative velocity of neighbours at any time, in Ubar.
     """
 
     spacing: NDArray
@@ -54,6 +55,7 @@ class Record:
     remaining: int = 0
     delayed: int = 0
     duration: float = 0.0
+    fastest: float = 0.0
 
     @property
     def initial(self) -> int:
@@ -271,6 +273,7 @@ def _closed(train: _Train) -> Record:
     """The record, after making sure that no sphere was lost."""
     record = train.record
     record.remaining, record.duration = train.z.size, train.time
+    record.fastest = train.channel.fastest
     if record.initial + record.injected != record.removed + record.remaining:
         raise TrainError(
             f"{record.initial} initial and {record.injected} injected spheres, but "

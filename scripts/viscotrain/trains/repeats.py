@@ -7,9 +7,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.memory import largest, memory_number, remark
 from viscotrain.trains import model_error
-from viscotrain.trains.closures import CLOSURES, Velocities
+from viscotrain.trains.closures import Velocities, make_closure
 from viscotrain.trains.condition import Condition, baseline, model_errors
 from viscotrain.trains.injection import channel_volume_fraction, feed_volume_fraction
 from viscotrain.trains.recording import SNAPSHOTS, Record
@@ -45,6 +47,7 @@ def run_repeats(
     *,
     closure: str = "every_sphere",
     injection: str = "uniform",
+    memory_strength: float = 0.0,
     confinement: float,
     volume_fraction: float,
     feed: bool = False,
@@ -63,6 +66,7 @@ def run_repeats(
         velocities: Velocities of triplets.
         closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
         injection: Name of one of `INJECTIONS`, the law of the intervals.
+        memory_strength: c De/beta of `closures.WithMemory`, in 1/Ubar.
         confinement: beta = d/D.
         volume_fraction: phi in the channel, or phi_feed.
         feed: Whether the volume fraction is that of what is poured in.
@@ -75,9 +79,9 @@ def run_repeats(
         interpolation_error: That of `model_error.interpolation_error`, in Ubar; NaN: not known.
         attributes: Global attributes.
     """
-    places, closed = np.asarray(stations, dtype=float), CLOSURES[closure](velocities)
-    given, U = volume_fraction, closed.isolated
-    phi = channel_volume_fraction(given, U) if feed else given
+    places = np.asarray(stations, dtype=float)
+    closed = make_closure(closure, velocities, memory_strength)
+    phi = channel_volume_fraction(volume_fraction, closed.isolated) if feed else volume_fraction
     own = Condition(closed, injection, confinement, phi, length, passages, seed)
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
     everywhere = np.union1d(places, track_stations)
@@ -85,14 +89,16 @@ def run_repeats(
     track_time = _apart(records[0], places, track_stations)
     tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
     dataset = xr.merge([_results(records, places, own.mean_spacing), tracks])
-    others = model_error.variants(velocities, closure, closed, interpolation_error)
+    others = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
     dataset = dataset.assign(_scalars(own, centreline_velocity))
-    if feed:
-        dataset[FEED].values = np.array(given)  # as it is written, not to a rounding error
+    dataset[FEED if feed else CHANNEL].values = np.array(
+        volume_fraction
+    )  # without a rounding error
     dataset.attrs = dict(attributes or {}) | {
         "seed": seed,
         "closure": closure,
+        "memory_strength": memory_strength,
         "injection": injection,
         "given": FEED if feed else CHANNEL,
         "model_error": model_error.in_words(interpolation_error, repeated(repeats)),
@@ -119,6 +125,20 @@ def deborah_numbers(table: VelocityTable, deborah: float) -> dict[str, xr.Variab
     """Deborah numbers of a flow of the table, in all definitions, as variables of a train."""
     flow = table.dataset.isel(deborah=table.index(deborah))
     return {name: described(flow[name].values, [], text) for name, text in DEBORAH_NUMBERS.items()}
+
+
+def with_memory_numbers(trains: xr.Dataset) -> xr.Dataset:
+    """Trains with `memory_number` (repeat), the largest of all gaps at all times.
+
+    Args:
+        trains: Result of `run_repeats`, with its Deborah numbers.
+    """
+    M = memory_number(
+        float(trains["deborah_longest_mode"]),
+        trains["largest_relative_velocity"].values,
+        float(trains["confinement"]),
+    )
+    return trains.assign(memory_number=(["repeat"], M, ATTRIBUTES["memory_number"]))
 
 
 def _results(records: Sequence[Record], stations: NDArray, law: float) -> xr.Dataset:
@@ -195,6 +215,11 @@ def _numbers(records: Sequence[Record]) -> xr.Dataset:
     ]
     return xr.Dataset(
         {
+            "largest_relative_velocity": described(
+                np.array([record.fastest for record in records]),
+                ["repeat"],
+                "largest relative velocity of neighbours at any time, over mean velocity",
+            ),
             "number_of_spheres": described(
                 np.stack(inside), ["repeat", "count_time"], "number of spheres in the channel"
             ),
@@ -283,9 +308,11 @@ def amount(trains: xr.Dataset) -> str:
 def summary(trains: xr.Dataset) -> str:
     """The result of `run_repeats` in a few lines of text."""
     counts = {name: int(trains[f"{name}_count"].sum()) for name in BALANCE}
+    memory = f"memory number: {largest(trains):.2g} {remark(trains)}"
     lines = [
         ", ".join(f"{count} {name}" for name, count in counts.items()),
         f"{amount(trains)}: {float(trains['injection_rate']):.3g} Ubar/D",
+        memory.rstrip(),
         f"mean spacing of an equally spaced train: {float(trains['mean_spacing_law']):.3f} d",
         "each +- sampling error (95 %) +- model error",
         f"model error from {trains.attrs['model_error']}",
@@ -316,4 +343,5 @@ def headline(trains: xr.Dataset, seconds: float = math.nan) -> list[str]:
         f"CV {own['spacing_variation']}, within 20 % of the mean {own['even_share']} %, "
         f"touching {own['touching_share']} % of the spheres "
         f"({100 * float(last['touching_share_injected']):.1f} % by the injection)",
+        *filter(None, [remark(trains)]),
     ]
