@@ -271,6 +271,19 @@ def test_design_map_draws_only_conditions_that_were_simulated(hand_made):
     assert any("[cm]" in word for word in words) and any("[%]" in word for word in words)
 
 
+def test_rows_of_curves_hold_all_of_them(hand_made):
+    """Also those that are higher in the second column than in the first, De = 5: CV 0.75."""
+    figure = figures.draw("design_map", hand_made, 0.2).figure
+    curves = figure.axes[6:]
+    assert len(curves) == 3 * 2
+    for axes in curves:
+        low, high = axes.get_ylim()
+        assert low == 0
+        drawn = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines])
+        assert np.nanmax(drawn) <= high
+    assert curves[0].get_ylim()[1] > 0.75
+
+
 def test_spacing_law_of_both_channels(hand_made):
     figure, data = figures.draw("spacing_law", hand_made, 0.2)
     own = data[data["volume_fraction_percent"].round(6) == 0.6].iloc[0]

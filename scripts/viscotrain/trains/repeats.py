@@ -86,15 +86,12 @@ def run_repeats(
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
     everywhere = np.union1d(places, track_stations)
     records = [own.record(n, places if n else everywhere) for n in range(repeats)]
-    track_time = _apart(records[0], places, track_stations)
-    tracks = _tracks(track_stations, track_time[:, :TRACKED_SPHERES], confinement)
+    tracks = _tracks(track_stations, _apart(records[0], places, track_stations), confinement)
     dataset = xr.merge([_results(records, places, own.mean_spacing), tracks])
     others = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
     dataset = dataset.assign(_scalars(own, centreline_velocity))
-    dataset[FEED if feed else CHANNEL].values = np.array(
-        volume_fraction
-    )  # without a rounding error
+    dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
     dataset.attrs = dict(attributes or {}) | {
         "seed": seed,
         "closure": closure,
@@ -240,6 +237,7 @@ def _numbers(records: Sequence[Record]) -> xr.Dataset:
 
 def _tracks(stations: NDArray, time: NDArray, confinement: float) -> xr.Dataset:
     """Successive spheres of the first repeat: when they pass, and where, in the moving frame."""
+    time = time[:, :TRACKED_SPHERES]
     return xr.Dataset(
         {
             "track_time": described(
