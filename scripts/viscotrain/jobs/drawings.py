@@ -30,6 +30,7 @@ def save(
         stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")
     ]
     drawing.figure.savefig(paths[0], metadata={"Software": None})
+    drawing.figure.set_layout_engine("none")  # found once; the PDF has that of the PNG
     drawing.figure.savefig(paths[1], metadata=HIDDEN)
     if table:
         drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
