@@ -81,7 +81,7 @@ def hand_made():
     )
 
 
-# -------------------------------------------------------------------------------- ordering length
+# -------------------------------------------------------------------------------- ordered position
 
 
 @pytest.mark.parametrize(
@@ -97,8 +97,8 @@ def hand_made():
         ([0.2, math.nan, 0.2], 200.0),  # unknown is not ordered
     ],
 )
-def test_ordering_length(variation, expected):
-    assert design_map.ordering_length(STATIONS, variation, 0.3) == pytest.approx(expected)
+def test_ordered_position(variation, expected):
+    assert design_map.ordered_position(STATIONS, variation, 0.3) == pytest.approx(expected)
 
 
 # ------------------------------------------------------------------------------------ hand-made map
@@ -108,24 +108,24 @@ def test_measures_of_hand_made_trains(hand_made):
     own = hand_made.sel(deborah=1.0, volume_fraction=0.006)
     np.testing.assert_allclose(own["mean_spacing"], 4.0)
     np.testing.assert_allclose(own["spacing_variation"], [0.5, 0.25, 0.1])
-    assert float(own["ordering_length"]) == pytest.approx(80.0)  # 0.5 to 0.25 crosses 0.3 at 4/5
+    assert float(own["ordered_position"]) == pytest.approx(80.0)  # 0.5 to 0.25 crosses 0.3 at 4/5
     lost = hand_made.sel(deborah=5.0, volume_fraction=0.01)
     # 99 gaps of 1 d between every second and the next one: strings of two, one sphere alone
     np.testing.assert_allclose(lost["touching_share"], [0, 0, 100 / 101])
     np.testing.assert_allclose(own["mean_spacing_model_error"], 0.04)
     np.testing.assert_allclose(own["even_share"], [0, 0, 1.0])  # 2 and 6, 3 and 5, 3.6 and 4.4
-    assert math.isinf(lost["ordering_length"])
+    assert math.isinf(lost["ordered_position"])
     assert np.isnan(hand_made["mean_spacing"].sel(deborah=1.0, volume_fraction=0.01)).all()
 
 
-def test_ordering_length_has_the_range_that_errors_leave():
+def test_ordered_position_has_the_range_that_errors_leave():
     """CV 0.5, 0.25, 0.1 with a model error of 0.05 there: crossings of 0.35 and of 0.25."""
     ordering = point(1.0, 0.006, [alternating(2, 6), alternating(3, 5), alternating(3.6, 4.4)])
     ordering["spacing_variation_model_error"][:] = 0.05
     own = design_map.combine([ordering], units=UNITS, fluid=NEWTONIAN, ordered_variation=0.3)
-    assert float(own["ordering_length"][0, 0]) == pytest.approx(80.0)
-    assert float(own["ordering_length_earliest"][0, 0]) == pytest.approx(60.0)
-    assert float(own["ordering_length_latest"][0, 0]) == pytest.approx(100.0)
+    assert float(own["ordered_position"][0, 0]) == pytest.approx(80.0)
+    assert float(own["ordered_position_earliest"][0, 0]) == pytest.approx(60.0)
+    assert float(own["ordered_position_latest"][0, 0]) == pytest.approx(100.0)
     order = figures.draw("design_map", own, 0.2).figure.axes[4]
     assert [text.get_text() for text in order.texts] == ["0.8\n0.6 to 1.0"]
 
@@ -208,7 +208,7 @@ def test_table_has_a_row_per_condition_and_length_in_units_of_the_bench(hand_mad
         & (rows["channel_length_cm"].round(6) == 2)
     ].to_dict("records")
     assert row["mean_spacing_um"] == pytest.approx(80)
-    assert row["ordering_length_cm"] == pytest.approx(0.8)
+    assert row["ordered_position_cm"] == pytest.approx(0.8)
     assert row["touching_share_percent"] == 0
     assert row["spacing_mode_um"] == pytest.approx(20 * row["spacing_mode_d"])
     assert row["mean_spacing_d_model_error"] == pytest.approx(0.04)
@@ -219,7 +219,7 @@ def test_table_has_a_row_per_condition_and_length_in_units_of_the_bench(hand_mad
     assert row["injection"] == "uniform"
     lost = rows[(rows["deborah"] == 5) & (rows["channel_length_D"] == 200)]
     np.testing.assert_allclose(lost["touching_share_percent"], [1e4 / 101] * 2)
-    assert np.isinf(lost["ordering_length_cm"]).all()
+    assert np.isinf(lost["ordered_position_cm"]).all()
 
 
 def test_headline_names_the_most_even_train(hand_made):

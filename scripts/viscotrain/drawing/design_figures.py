@@ -196,10 +196,10 @@ def _draw_cells(panels: NDArray, dataset: xr.Dataset):
 
 
 def _draw_order(axes: Axes, outlet: xr.Dataset, end: float):
-    """The ordering length with the range that its errors leave; `end` is that of the channel."""
+    """The ordered position with the range that its errors leave; `end` is that of the channel."""
     diameter = CENTIMETRES * float(outlet["channel_diameter"])
     order, *ends = (
-        diameter * outlet[f"ordering_length{end}"].values for end in ("", "_earliest", "_latest")
+        diameter * outlet[f"ordered_position{end}"].values for end in ("", "_earliest", "_latest")
     )
 
     def words(length, earliest, latest):

@@ -13,7 +13,7 @@ spacings recorded at z at its outlet.
 The volume fraction that the study gives, in the channel or in the feed, is a dimension; the other
 one follows at each De.
 
-**Ordering length.** The first position from which on, up to the last one recorded, the coefficient
+**Ordered position.** The first position from which on, up to the last one recorded, the coefficient
 of variation of the spacing is not above a threshold; between two stations on the straight line
 through their values. It is 0 if the train enters so, and infinite if it is not so at the end. The
 earliest and the latest one are those of the coefficient less and plus both its errors.
@@ -43,7 +43,7 @@ FRACTIONS = ("volume_fraction", "feed_volume_fraction")
 BAR = 1e-5  # of one Pa
 
 
-def ordering_length(z: ArrayLike, variation: ArrayLike, threshold: float) -> float:
+def ordered_position(z: ArrayLike, variation: ArrayLike, threshold: float) -> float:
     """First position from which on the coefficient of variation stays at or below a threshold.
 
     Args:
@@ -81,11 +81,11 @@ def combine(
         points: Results of `repeats.run_repeats` with the same stations, one per condition.
         units: Result of `units.physical_units`.
         fluid: For the pressure gradient.
-        ordered_variation: Threshold of `ordering_length`.
+        ordered_variation: Threshold of `ordered_position`.
         attributes: Global attributes.
 
     Returns:
-        The measures of the spacing with their `_halfwidth` and `_model_error`, `ordering_length`
+        The measures of the spacing with their `_halfwidth` and `_model_error`, `ordered_position`
         (deborah, volume_fraction) in D with `_earliest` and `_latest`, `memory_number`, what
         the injection law itself makes, and physical numbers: `flow_rate` (deborah) in uL/min,
         `sphere_rate` (deborah, volume_fraction) in 1/s, `length` (station) in cm, `pressure_drop`
@@ -105,8 +105,8 @@ def combine(
     return xr.Dataset(
         {name: (dims[name], values[name], dict(text[name].attrs)) for name in values}
         | {
-            name: (grid[:2], order, _words("1", ORDERING_LENGTH))
-            for name, order in _ordering_lengths(z, values, ordered_variation).items()
+            name: (grid[:2], order, _words("1", ORDERED_POSITION))
+            for name, order in _ordered_positions(z, values, ordered_variation).items()
         }
         | {
             "memory_number": (
@@ -128,19 +128,19 @@ def combine(
     ).set_coords(["length", other])
 
 
-def _ordering_lengths(
+def _ordered_positions(
     z: NDArray, values: Mapping[str, NDArray], threshold: float
 ) -> dict[str, NDArray]:
-    """The ordering length of each condition, and the earliest and the latest that it may be."""
+    """The ordered position of each condition, and the earliest and the latest that it may be."""
     variation = values["spacing_variation"]
     error = sum(np.nan_to_num(values[f"spacing_variation{end}"]) for end in ERRORS)
     missing = np.isnan(values["mean_spacing"]).all(axis=-1)  # not simulated
     found = {}
     for end, sign in (("", 0), ("_earliest", -1), ("_latest", 1)):
         order = np.apply_along_axis(
-            lambda own: ordering_length(z, own, threshold), -1, variation + sign * error
+            lambda own: ordered_position(z, own, threshold), -1, variation + sign * error
         )
-        found[f"ordering_length{end}"] = np.where(missing, math.nan, order)
+        found[f"ordered_position{end}"] = np.where(missing, math.nan, order)
     return found
 
 
@@ -188,7 +188,7 @@ def _memory(points: Sequence[xr.Dataset], deborah: list, fractions: list) -> NDA
     return values
 
 
-ORDERING_LENGTH = (
+ORDERED_POSITION = (
     "first position over channel diameter from which on the coefficient of variation of the "
     "spacing is not above ordered_variation; inf: it is above at the outlet"
 )
@@ -245,8 +245,8 @@ def _rows(own: xr.Dataset) -> pd.DataFrame:
     for name in ("mean_spacing", "spacing_mode"):
         columns[f"{name}_um"] = diameter * own[name].values
     for end in ("", "_earliest", "_latest"):
-        length = float(own[f"ordering_length{end}"])
-        columns |= {f"ordering_length{end}_D": length, f"ordering_length{end}_cm": cm * length}
+        length = float(own[f"ordered_position{end}"])
+        columns |= {f"ordered_position{end}_D": length, f"ordered_position{end}_cm": cm * length}
     columns["memory_number"] = float(own["memory_number"])
     return pd.DataFrame(columns)
 
@@ -264,7 +264,7 @@ def headline(dataset: xr.Dataset) -> list[str]:
     """The condition with the most even spacing at the outlet, in lines of text."""
     outlets = [own.isel(station=-1) for own in conditions(dataset)]
     best = min(outlets, key=lambda own: float(own["spacing_variation"]))
-    ordered = sum(math.isfinite(own["ordering_length"]) for own in outlets)
+    ordered = sum(math.isfinite(own["ordered_position"]) for own in outlets)
     rate = float(best["sphere_rate"])
     enter = f", {rate:.3g} spheres/s" if math.isfinite(rate) else ""
     return [
