@@ -3,8 +3,8 @@ r"""What memory changes: direct simulations through a whole channel, against the
     python scripts/tools/whole_channel.py FOLDER --table results/paper/table/velocity_table.nc
 
 simulates the cases that are missing in the kept results, one after the other, appends them, and
-compares with trains that move by the table. A run that was killed goes on from its checkpoint in
-FOLDER. Without a table nothing is compared.
+compares with trains that move by the table, whose pairs are kept, too. A run that was killed
+goes on from its checkpoint in FOLDER. Without a table nothing is compared.
 """
 
 import argparse
@@ -72,7 +72,9 @@ def main(folder: Path, table: Path | None, kept: Path):
         direct = simulated(kept / "direct.csv")
         c = whole_channel.fitted(direct, velocities, beta)
         outlet = whole_channel.compare(direct, velocities, beta, c)
-        outlet.to_csv(kept / "outlet.csv", index=False, float_format="%.5g")
+        held = whole_channel.held_pairs(velocities)
+        held.to_csv(kept / "held_pairs.csv", index=False, float_format="%.6g")
+        outlet.to_csv(kept / "outlet.csv", index=False, float_format="%.8g")
         (kept / "outlet.md").write_text(whole_channel.statement(outlet), encoding="utf-8")
         progress(f"coefficient of memory: {c:g}\n{outlet.to_string()}")
 

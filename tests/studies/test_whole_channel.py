@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from harness import VERIFICATION
+from harness import VERIFICATION, study
 from scipy.integrate import solve_ivp
+from scipy.interpolate import PchipInterpolator
 from synthetic import BETA, DEMO_NODES, dns_result
 
 from viscotrain.studies import whole_channel
@@ -132,6 +133,45 @@ def test_kept_statement_follows_from_the_kept_comparison(outlet):
     assert statement == whole_channel.statement(outlet)
 
 
+@pytest.fixture(scope="module")
+def held():
+    return pd.read_csv(KEPT / "held_pairs.csv")
+
+
+def test_kept_models_of_pairs_follow_from_the_kept_velocities(outlet, held):
+    """With another interpolation of the table's pairs, without and with memory."""
+    for row in outlet[~outlet["first"].str.contains(" ")].to_dict("records"):
+        own = held[held["deborah"] == row["deborah"]].sort_values("distance", ascending=False)
+        velocity = PchipInterpolator(1 / own["distance"], own["relative_velocity"])
+        for model, c in (("model", 0.0), ("memory", row["c"])):
+
+            def rate(_, s, velocity=velocity, strength=c * row["deborah"] / BETA):
+                U = velocity(1 / s)
+                return U * (1 + strength * abs(U)) / BETA
+
+            end = solve_ivp(rate, (0, TIMES[-1]), [float(row["first"])], rtol=1e-8).y[0, -1]
+            assert end == pytest.approx(row[model], abs=0.02), row
+
+
+def test_velocities_that_relax_to_those_of_the_table_cannot_follow(direct, held):
+    """A pair that parts is faster than any pair of the table, from a start at the table's."""
+    largest = held[held["deborah"] == 62]["relative_velocity"].max()
+    own = of(direct, (1.5,), "developed", 62.0)["relative_velocity"]
+    assert own.max() > 1.1 * largest
+    assert own.iloc[0] < 0.7 * largest
+
+
+def test_the_memory_of_gaps_cures_the_outlet(outlet):
+    """Fitted to one case, it brings the largest error of all cases below 0.1 d."""
+    cases = outlet[outlet["variant"] == "default"]
+    assert cases["model_error"].abs().max() > 0.1
+    assert cases["memory_error"].abs().max() < 0.1
+    fitted = cases[(cases[CASE] == pd.Series(whole_channel.FITTED.row)).all(axis=1)]
+    assert abs(fitted["model_error"].item()) == cases["model_error"].abs().max()
+    (c,) = set(outlet["c"])
+    assert study("paper").trains.memory == c
+
+
 def test_within_the_range_distances_may_be_held(outlet):
     within = outlet[outlet["memory_number"] < QUASI_STEADY_LIMIT]
     assert set(within["deborah"]) == {5.0}
@@ -141,6 +181,6 @@ def test_within_the_range_distances_may_be_held(outlet):
 def test_how_the_mesh_moves_and_how_fine_it_is_do_not_matter(direct):
     """By far less than the errors of the model, at De = 62."""
     reference = of(direct, (1.5,), "rest", 62.0)["distance"].to_numpy()
-    for variant, allowed in (("smooth", 0.01), ("finer", 0.02)):
+    for variant, allowed in (("smooth", 0.02), ("finer", 0.03)):
         other = of(direct, (1.5,), "rest", 62.0, variant)["distance"].to_numpy()
         assert np.abs(other - reference).max() < allowed, variant

@@ -31,6 +31,7 @@ from viscotrain.studies.train_models import model_distances
 from viscotrain.studies.transient import follow_spheres
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.memory import memory_number
+from viscotrain.table.pairs import tabulated_pair_velocity
 from viscotrain.trains.closures import make_closure
 
 DEBORAH = (5.0, 31.0, 62.0)
@@ -186,7 +187,7 @@ def compare(
         case = Case(tuple(map(float, named["first"].split())), *name[1:])
         simulated = _distances(direct, case)
         M = memory_number(case.deborah, own["relative_velocity"].abs().max(), confinement)
-        row: dict[str, Any] = {"memory_number": M}
+        row: dict[str, Any] = {"c": c, "memory_number": M}
         models = {"model": 0.0, "memory": c}
         found = {key: model(table, case, confinement, each) for key, each in models.items()}
         for gap in range(simulated.shape[1]):
@@ -197,6 +198,22 @@ def compare(
                 row |= {f"{key}_largest_error": np.abs(error).max()}
             rows.append(named | row)
     return pd.DataFrame(rows)
+
+
+def held_pairs(table: VelocityTable) -> pd.DataFrame:
+    """Relative velocities of pairs at distances that are held, as they stand in a table."""
+    layers = [(De, table.dataset.isel(deborah=table.index(De))) for De in DEBORAH]
+    rows = [
+        pd.DataFrame(
+            {
+                "deborah": De,
+                "distance": layer["pair_distance"].values,
+                "relative_velocity": tabulated_pair_velocity(layer),
+            }
+        )
+        for De, layer in layers
+    ]
+    return pd.concat(rows, ignore_index=True)
 
 
 def statement(outlet: pd.DataFrame) -> str:
@@ -214,7 +231,7 @@ def statement(outlet: pd.DataFrame) -> str:
         first, start, De, variant = dict(zip(CASE, name, strict=True)).values()
         words = start if variant == "default" else f"{start}, {VARIANTS[str(variant)]}"
         cells = [f"{str(first).replace(' ', ', ')} d", f"{De:g}", words]
-        cells += [f"{own['memory_number'].iloc[0]:.2g}", _listed(own["direct"], "{:.2f}")]
+        cells += [f"{own['memory_number'].iloc[0]:.2f}", _listed(own["direct"], "{:.2f}")]
         for model in ("model", "memory"):
             cells.append(_listed(own[f"{model}_error"], "{:+.3f}"))
             cells.append(f"{own[f'{model}_largest_error'].max():.3f} d")
