@@ -87,6 +87,7 @@ def output(done: subprocess.CompletedProcess[str]) -> str:
 
 # ---------------------------------------------------------------------------------------- projects
 
+FINISHED_TABLE = Path("docs/study/velocity_table.nc")
 PARTS = ("workflow", "scripts", "config", "profiles", "envs")
 DNS_JOB = re.compile(r"Simulating the triplet sp = (\S+), sf = (\S+)")
 JOB_COUNT = re.compile(r"^(\w+)\s+(\d+)$", re.MULTILINE)
@@ -104,6 +105,8 @@ class Project:
         for part in PARTS:
             shutil.copytree(ROOT / part, folder / part, ignore=ignored)
         shutil.copy2(ROOT / "Snakefile", folder)
+        (folder / FINISHED_TABLE).parent.mkdir(parents=True)
+        shutil.copy2(ROOT / FINISHED_TABLE, folder / FINISHED_TABLE)
         return cls(folder)
 
     def configured(self, study: dict) -> str:

@@ -38,7 +38,18 @@ AFTER_DNS = {
 # ------------------------------------------------------------------------------------------ plans
 
 
-@pytest.mark.parametrize("config", sorted(path.name for path in CONFIG.glob("*.yaml")))
+COMPUTED = sorted({path.name for path in CONFIG.glob("*.yaml")} - {"study_trains.yaml"})
+
+
+def test_trains_of_the_study_need_no_simulation(planned):
+    jobs, geometries = planned("--configfile", "config/study_trains.yaml")
+    assert not geometries
+    assert jobs["trains"] == 6
+    assert {"given_table", "trains", "order", "velocity_figures", "summary"} <= set(jobs)
+    assert not {"dns", "field", "table", "film", "design_points"} & set(jobs)
+
+
+@pytest.mark.parametrize("config", COMPUTED)
 def test_every_shipped_config_has_a_plan(config, planned):
     study = load_study(CONFIG / config)
     number_of_trains = len(study.trains.deborah) * len(study.trains.fractions)
