@@ -183,6 +183,31 @@ def test_moving_window_is_at_most_half_the_channel(length, view, expected):
     assert films.moving_window(length, view) == expected
 
 
+def test_a_train_with_memory_is_filmed_with_it(velocities):
+    """Its snapshots are an independent record; without memory spheres are elsewhere."""
+    trains = [
+        run_repeats(
+            velocities,
+            confinement=BETA,
+            volume_fraction=0.01,
+            centreline_velocity=1.67,
+            length=LENGTH,
+            stations=STATIONS,
+            passages=20,
+            repeats=1,
+            seed=3,
+            memory_strength=strength,
+        )
+        for strength in (0.0, 40.0)
+    ]
+    times = trains[1]["snapshot_time"].values[0]
+    seen = films._positions(velocities, trains[1], times - times[0])
+    for n, positions in enumerate(seen):
+        held, kept = (train["position"].values[0, n] * BETA for train in trains)
+        np.testing.assert_allclose(positions, kept[np.isfinite(kept)], rtol=0, atol=1e-9)
+        assert np.abs(positions[-3:] - held[np.isfinite(held)][-3:]).max() > 1e-3
+
+
 def test_filming_does_not_change_the_train(velocities, train, data):
     again = films.film(velocities, train, field_of_view=8.0, interval=0.11, frames=9)
     both = np.intersect1d(again["position"].values[1, 0], data["position"].values[1, 0])
