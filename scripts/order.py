@@ -1,6 +1,6 @@
 r"""Order stage: velocity table -> stability and ordering length over De and spacing, and a figure.
 
-python scripts/order.py --configfile config/config.yaml OUTPUT TABLE UNITS \\
+python scripts/order.py --configfile config/config.yaml OUTPUT TABLE UNITS \
     [--simulated DESIGN_MAP] [--figure FOLDER]
 """
 
