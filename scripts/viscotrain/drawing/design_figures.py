@@ -44,6 +44,7 @@ from viscotrain.trains.statistics import TOUCHING, touching
 from viscotrain.trains.variables import with_errors
 
 TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
+WIDEST_WORDS = 25.0  # size of words in a cell times cells in a row, at most
 DARK = 0.55  # share of the colour map below which words in a cell are white
 CURVES = (
     ("spacing_variation", "CV of the\nspacing", 1),
@@ -227,7 +228,8 @@ def _draw_entry(axes: Axes, outlet: xr.Dataset):
     def words(fraction, rate, variation, touching_share):
         if math.isnan(fraction):
             return ""
-        enter = f"{rate:.3g}/s\n" if math.isfinite(rate) else ""
+        enter = f"{rate:.{0 if rate >= 100 else 3}{'f' if rate >= 100 else 'g'}}/s\n"
+        enter = enter if math.isfinite(rate) else ""
         return f"{100 * fraction:.3g} %\n{enter}CV {variation:.2f}\n{100 * touching_share:.1f} %"
 
     names = ("sphere_rate", "spacing_variation_injected", "touching_share_injected")
@@ -266,7 +268,7 @@ def _draw_grid(
     """A cell per condition with its words, coloured from 0 to the largest value; else grey."""
     finite = values[np.isfinite(values)]
     norm = Normalize(0, largest or (float(finite.max(initial=0)) or 1))
-    colours = matplotlib.colormaps[cmap]
+    colours, size = matplotlib.colormaps[cmap], min(5.5, WIDEST_WORDS / values.shape[1])
     for (row, column), value in np.ndenumerate(values):
         if not words[row, column]:
             continue
@@ -279,7 +281,7 @@ def _draw_grid(
             words[row, column],
             ha="center",
             va="center",
-            fontsize=5.5,
+            fontsize=size,
             color="white" if brightness < DARK else "black",
         )
     axes.set(xlim=(-0.5, values.shape[1] - 0.5), ylim=(-0.5, values.shape[0] - 0.5))

@@ -70,7 +70,8 @@ def _draw_one(left: Axes, right: Axes, own: xr.Dataset, n: int, colour):
     style = {"color": colour, "marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": ""}
     at, known = 100 * own["simulated_volume_fraction"], own["simulated_variation"].notnull()
     right.plot(at[known], own["simulated_variation"][known], **style)
-    lengths = np.interp(np.log(at), np.log(phi[::-1]), own["ordering_length"][::-1])
+    length = own["ordering_length"].where(stable)[::-1]
+    lengths = np.interp(np.log(at), np.log(phi[::-1]), length, left=np.nan, right=np.nan)
     left.plot(at[known], lengths[known], **style | {"mfc": "none"})
 
 
