@@ -35,7 +35,7 @@ def main(
     source: Annotated[Path | None, taken("velocity table, trains or what else it shows")] = None,
     folder: Annotated[Path, made("where to write", key="png", convert=folder_of)],
     field: Annotated[Path | None, taken("fields, for stress_field", named=True)] = None,
-    units: Annotated[Path | None, taken("units.nc, for all stations", named=True)] = None,
+    units: Annotated[Path | None, taken("units.nc, for trains", named=True)] = None,
 ):
     """Draw the figures of these names and write them with their data."""
     for figure in name:

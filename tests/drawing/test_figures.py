@@ -368,6 +368,19 @@ def test_figures_say_that_gaps_change_too_fast(table):
     assert conventions.MARK not in texts(figures.pair_velocity(table, BETA).figure)
 
 
+def test_figures_of_trains_say_how_many_spheres_enter_in_a_second(train):
+    """The rate of the file, in Ubar/D, over D/Ubar in s; none without units, or at De = 0."""
+    De = float(train["deborah"])
+    units = xr.Dataset({"time": ("deborah", [np.nan, 0.02])}, {"deborah": [0.0, De]})
+    rate = float(train["injection_rate"]) / 0.02
+    for name in ("spacing", "strings", "train"):
+        words = texts(figures.draw(f"{name}_De{De:g}_phi0.01", train, BETA, units).figure)
+        assert f"{rate:.{0 if rate >= 100 else 1}f} spheres/s" in words
+        assert "spheres/s" not in texts(
+            figures.draw(f"{name}_De{De:g}_phi0.01", train, BETA).figure
+        )
+
+
 def test_train_is_one_line_per_sphere(train):
     figure, data = figures.train(train)
     assert 3 <= data.sizes["track_sphere"] <= train.sizes["track_sphere"]

@@ -370,7 +370,7 @@ def test_code_of_the_physics_repeats_every_simulation(finished):
 
 
 PHYSICAL = {"units": 1, "study_config": 1, "design_map": 1, "movies": 1, "order": 1}
-PHYSICAL |= {"interactive": 1}
+PHYSICAL |= {"interactive": 1, "train_figures": 1}
 PHYSICAL |= {"summary": 1, "all": 1}
 
 

@@ -92,6 +92,7 @@ use rule study_figures as velocity_figures with:
 use rule study_figures as train_figures with:
     input:
         source=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
+        units=UNITS,
     output:
         png=[
             report(

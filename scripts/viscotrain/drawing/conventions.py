@@ -102,10 +102,25 @@ def train_conditions(data: xr.Dataset) -> str:
     return f"{flow},  {data.attrs['injection']} injection\n" + "\n".join(below)
 
 
+def with_sphere_rate(train: xr.Dataset, units: xr.Dataset | None) -> xr.Dataset:
+    """A train with `sphere_rate`, the spheres that enter in a second; NaN at De = 0.
+
+    Args:
+        train: With its `injection_rate`.
+        units: Physical units of the study; None leaves the train as it is.
+    """
+    if units is None:
+        return train
+    seconds = float(units["time"].sel(deborah=float(train["deborah"])))
+    return train.assign(sphere_rate=float(train["injection_rate"]) / seconds)
+
+
 def amounts(data: xr.Dataset) -> str:
-    """The volume fractions in the channel and in the feed in words."""
+    """The volume fractions in the channel and in the feed, and spheres/s if known, in words."""
     phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
-    return rf"$\phi$ = {phi:.3g} % in the channel, {feed:.3g} % in the feed"
+    rate = float(data.get("sphere_rate", math.nan))
+    enter = f"\n{rate:.{0 if rate >= 100 else 1}f} spheres/s" if math.isfinite(rate) else ""
+    return rf"$\phi$ = {phi:.3g} % in the channel, {feed:.3g} % in the feed{enter}"
 
 
 def marked_deborah(deborah: float, remark: str) -> str:

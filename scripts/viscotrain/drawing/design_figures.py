@@ -25,7 +25,12 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from viscotrain.drawing.conventions import mark_explained, marked_deborah, train_conditions
+from viscotrain.drawing.conventions import (
+    mark_explained,
+    marked_deborah,
+    train_conditions,
+    with_sphere_rate,
+)
 from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import (
     BLUE,
@@ -374,10 +379,8 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     panels[0].text(low + length + 0.01 * view, 0.62, name, va="center")
     panels[0].text(1, 1.05, r"flow $\longrightarrow$", ha="right", transform=panels[0].transAxes)
     panels[-1].set_xlabel("position along the channel, $z$ [$D$]")
-    seconds = float(units["time"].sel(deborah=float(data["deborah"])))
-    rate = float(data["injection_rate"]) / seconds
-    enter = f": {rate:.3g} spheres/s" if math.isfinite(rate) else ""
-    figure.suptitle(f"{train_conditions(data)}{enter},  all stations at the same moment")
+    words = train_conditions(with_sphere_rate(data, units))
+    figure.suptitle(f"{words},  all stations at the same moment")
     marks = [
         (Line2D([], [], ls="", marker="o", color=BLUE, ms=5), "sphere"),
         (

@@ -7,6 +7,7 @@ import xarray as xr
 
 from viscotrain.config.settings import FiguresSettings
 from viscotrain.drawing import rheology_figure, schematic
+from viscotrain.drawing.conventions import with_sphere_rate
 from viscotrain.drawing.design_figures import draw_design_map, spacing_law, stations
 from viscotrain.drawing.pair_velocities import pair_velocity
 from viscotrain.drawing.relative_velocities import relative_velocities
@@ -35,7 +36,7 @@ def draw_with(
         settings: Of the figure.
         name: File name of the figure, without extension.
         source: The file; measured data for `rheology`.
-        units: File with the physical units of the study, for the figure of all stations.
+        units: File with the physical units of the study, for figures of trains.
 
     Raises:
         FigureError: There is no such figure, or it lacks a file.
@@ -74,7 +75,7 @@ def draw(
         dataset: The velocity table, the field, the trains, the film or the design map, whichever
             the figure shows.
         confinement: d/D.
-        units: Physical units of the study, for the figure of all stations.
+        units: Physical units of the study, for figures of trains.
 
     Raises:
         FigureError: There is no such figure, or it lacks units.
@@ -88,7 +89,7 @@ def draw(
         return stress_field(dataset)
     for figure, of_train in OF_TRAINS.items():
         if re.fullmatch(f"{figure}_De{number}_phi(_feed)?{number}", name):
-            return of_train(dataset)
+            return of_train(with_sphere_rate(dataset, units))
     if re.fullmatch(f"stations_De{number}_phi(_feed)?{number}", name):
         if units is None:
             raise FigureError(f"{name} is drawn to scale; allowed: with the file units.nc")

@@ -30,7 +30,8 @@ SCALARS += ["injection_rate", "memory_number"]
 def kept(trains: xr.Dataset, measures: Sequence[str], others: Sequence[str] = ()) -> xr.Dataset:
     """What a figure shows of trains: measures with their errors, conditions, attributes of law."""
     names = [f"{name}{end}" for name in measures for end in ("", "_halfwidth", "_model_error")]
-    data = trains[[*names, *others, *SCALARS]]
+    rate = [name for name in ("sphere_rate",) if name in trains]
+    data = trains[[*names, *others, *SCALARS, *rate]]
     data.attrs = {name: trains.attrs[name] for name in ("injection", "model_error")}
     return data
 
