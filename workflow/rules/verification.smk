@@ -123,7 +123,7 @@ rule verification_report:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving("figures"),
+        **not_solving("verification_report"),
     params:
         **given("verification_report"),
     message:
