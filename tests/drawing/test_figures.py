@@ -19,6 +19,7 @@ from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.closures import EverySphere
 from viscotrain.trains.motion import chain_motion
 from viscotrain.trains.repeats import run_repeats
+from viscotrain.trains.variables import rate_in_words
 from viscotrain.words import BEYOND_QUASI_STEADY, INACCURATE
 
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
@@ -375,7 +376,7 @@ def test_figures_of_trains_say_how_many_spheres_enter_in_a_second(train):
     rate = float(train["injection_rate"]) / 0.02
     for name in ("spacing", "strings", "train"):
         words = texts(figures.draw(f"{name}_De{De:g}_phi0.01", train, BETA, units).figure)
-        assert f"{rate:.{0 if rate >= 100 else 1}f} spheres/s" in words
+        assert f"{rate_in_words(rate)} spheres/s" in words
         assert "spheres/s" not in texts(
             figures.draw(f"{name}_De{De:g}_phi0.01", train, BETA).figure
         )

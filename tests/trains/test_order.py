@@ -10,7 +10,7 @@ from synthetic import PAPER_NODES, relative, slowing, superposed, triplet
 
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import order
-from viscotrain.trains.closures import CLOSURES, EverySphere, Nearest
+from viscotrain.trains.closures import CLOSURES, EverySphere, Nearest, make_closure
 from viscotrain.trains.motion import Channel
 
 BETA, SPACING = 0.2, 3.0
@@ -73,6 +73,17 @@ def test_growth_with_neighbours_is_the_formula():
     assert order.ordering_length(found, BETA) == pytest.approx(
         found.velocity * BETA / (2 * (B - A))
     )
+
+
+def test_the_memory_of_gaps_does_not_change_the_theory():
+    """Its slopes are of second order, even with a strength of 100/Ubar (0.13 * 62/0.2 = 40)."""
+    held, remembering = (
+        order.response(make_closure("every_sphere", LAW, strength), SPACING)
+        for strength in (0.0, 100.0)
+    )
+    second_order = 100 * np.abs(held.slopes).max() ** 2 * order.SHIFT
+    assert second_order < 1e-4 * np.abs(held.slopes).max()
+    np.testing.assert_allclose(remembering.slopes, held.slopes, rtol=0, atol=second_order)
 
 
 @pytest.mark.parametrize("closure", CLOSURES.values())

@@ -14,6 +14,7 @@ from viscotrain.trains.statistics import (
     string_shares,
     touching,
 )
+from viscotrain.trains.variables import rate_in_words
 
 
 def array(*repeats):
@@ -155,3 +156,10 @@ def test_the_error_of_a_mode_is_large_where_two_peaks_compete():
         for n in (160, 140, 155, 145, 150, 150)
     ]
     assert modes(peaks, 5.0)[1] > 1.0
+
+
+@pytest.mark.parametrize(
+    ("rate", "words"), [(1396.2, "1396"), (82.43, "82.4"), (1.5, "1.5"), (99.96, "100")]
+)
+def test_rates_in_words_have_three_digits_and_no_powers(rate, words):
+    assert rate_in_words(rate) == words

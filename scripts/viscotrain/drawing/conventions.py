@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from viscotrain.drawing.style import GREY
 from viscotrain.table.attributes import ERRORS
 from viscotrain.table.memory import remark as memory_remark
+from viscotrain.trains.variables import rate_in_words
 
 SIGNED = "RdBu_r"
 REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
@@ -119,7 +120,7 @@ def amounts(data: xr.Dataset) -> str:
     """The volume fractions in the channel and in the feed, and spheres/s if known, in words."""
     phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
     rate = float(data.get("sphere_rate", math.nan))
-    enter = f"\n{rate:.{0 if rate >= 100 else 1}f} spheres/s" if math.isfinite(rate) else ""
+    enter = f"\n{rate_in_words(rate)} spheres/s" if math.isfinite(rate) else ""
     return rf"$\phi$ = {phi:.3g} % in the channel, {feed:.3g} % in the feed{enter}"
 
 

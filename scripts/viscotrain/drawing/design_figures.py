@@ -40,13 +40,14 @@ from viscotrain.drawing.style import (
     PALE_GREY,
     VERMILLION,
     Drawing,
+    colours_of,
     styled,
 )
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table.memory import remark
 from viscotrain.trains import design_map
 from viscotrain.trains.statistics import TOUCHING, touching
-from viscotrain.trains.variables import with_errors
+from viscotrain.trains.variables import rate_in_words, with_errors
 
 TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
 WIDEST_WORDS = 25.0  # size of words in a cell times cells in a row, at most
@@ -84,7 +85,7 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
     handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for _, dashes, _ in styles]
     labels = [words for _, _, words in styles]
     deborah, beyond = dataset["deborah"].values, _remarks(dataset)
-    for n, (De, colour) in enumerate(zip(deborah, _colours(len(deborah)), strict=True)):
+    for n, (De, colour) in enumerate(zip(deborah, colours_of(len(deborah)), strict=True)):
         own = data[data["deborah"] == De]
         x = own["volume_fraction_percent"] * 1.03 ** (n - (len(deborah) - 1) / 2)
         marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": "", "color": colour}
@@ -142,10 +143,6 @@ def _law_data(dataset: xr.Dataset) -> pd.DataFrame:
         .assign(tube_d=TUBE * scaled, square_channel_d=SQUARE * scaled)
         .reset_index(drop=True)
     )
-
-
-def _colours(count: int) -> NDArray:
-    return matplotlib.colormaps["viridis"](np.linspace(0, 0.85, count))
 
 
 # ------------------------------------------------------------------------------------- design map
@@ -233,8 +230,7 @@ def _draw_entry(axes: Axes, outlet: xr.Dataset):
     def words(fraction, rate, variation, touching_share):
         if math.isnan(fraction):
             return ""
-        enter = f"{rate:.{0 if rate >= 100 else 3}{'f' if rate >= 100 else 'g'}}/s\n"
-        enter = enter if math.isfinite(rate) else ""
+        enter = f"{rate_in_words(rate)}/s\n" if math.isfinite(rate) else ""
         return f"{100 * fraction:.3g} %\n{enter}CV {variation:.2f}\n{100 * touching_share:.1f} %"
 
     names = ("sphere_rate", "spacing_variation_injected", "touching_share_injected")
@@ -296,7 +292,7 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
     given = dataset.attrs["given"]
     z, phi = dataset["station"].values, dataset[given].values
     cm = 100 * CENTIMETRES * float(dataset["channel_diameter"])
-    colours = _colours(phi.size)
+    colours = colours_of(phi.size)
     for column, De in enumerate(dataset["deborah"].values):
         for row, (name, label, factor) in enumerate(CURVES):
             axes = panels[row, column]

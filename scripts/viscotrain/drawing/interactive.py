@@ -25,7 +25,7 @@ from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.memory import largest, remark
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes
-from viscotrain.trains.variables import with_errors
+from viscotrain.trains.variables import rate_in_words, with_errors
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PARTICLES
 
 GRID = 81  # points of the interpolant per axis
@@ -175,7 +175,7 @@ def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
     known = De > 0 and De in units["deborah"].values
     enter = f"{rate:.3g} Ubar/D"
     if known:
-        enter = f"{rate / float(units['time'].sel(deborah=De)):.3g} per second"
+        enter = f"{rate_in_words(rate / float(units['time'].sel(deborah=De)))} per second"
     touching = 100 * float(train["touching_share_injected"])
     return (
         f"Spheres enter by the {train.attrs['injection']} law, {enter}: it makes a CV of "

@@ -30,6 +30,7 @@ from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import BLUE, VERMILLION
 from viscotrain.table.memory import remark
 from viscotrain.trains.statistics import TOUCHING
+from viscotrain.trains.variables import rate_in_words
 
 BAR_START = 190  # of the scale bar
 HEADER, TICKS, FOOT = 60, 42, 46  # heights above the channel, below it, and below that
@@ -49,7 +50,7 @@ def _conditions(data: xr.Dataset) -> str:
 def _entry(data: xr.Dataset) -> str:
     """How many spheres enter, by which law."""
     rate = float(data["injection_rate"]) / float(data["time_scale"])
-    enter = f"{rate:.3g} spheres/s, " if math.isfinite(rate) else ""
+    enter = f"{rate_in_words(rate)} spheres/s, " if math.isfinite(rate) else ""
     return f"{enter}{data.attrs['injection']} injection"
 
 

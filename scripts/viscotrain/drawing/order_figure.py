@@ -4,14 +4,13 @@ Left: l against the volume fraction phi = (2/3) beta^2/s of an equally spaced tr
 of the channel. Right: CV at the outlet over CV at the inlet, by the linear theory and simulated.
 """
 
-import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from viscotrain.drawing.style import GREY, MARKERS, PAGE, Drawing, styled
+from viscotrain.drawing.style import GREY, MARKERS, PAGE, Drawing, colours_of, styled
 from viscotrain.fluid.units import CENTIMETRES
 from viscotrain.trains.order import remaining_variation
 
@@ -38,7 +37,7 @@ def draw_order(
     figure.get_layout_engine().set(wspace=0.06)
     left, right = figure.subplots(1, 2)
     deborah = [De for De in found["deborah"].values if De > 0]
-    colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.85, len(deborah)))
+    colours = colours_of(len(deborah))
     for n, (De, colour) in enumerate(zip(deborah, colours, strict=True)):
         _draw_one(left, right, data.sel(deborah=De), n, colour)
     _finish_left(left, data, length, float(units["channel_diameter"]))

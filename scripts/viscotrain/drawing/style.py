@@ -9,9 +9,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import matplotlib
+import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 STYLE = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same figure on every machine
@@ -44,6 +46,11 @@ class Drawing(NamedTuple):
 
     figure: Figure
     data: xr.Dataset | pd.DataFrame
+
+
+def colours_of(count: int) -> NDArray:
+    """A colour for each of so many Deborah numbers or volume fractions, shape (count, 4)."""
+    return matplotlib.colormaps["viridis"](np.linspace(0, 0.85, count))
 
 
 def styled(function: Callable) -> Callable:

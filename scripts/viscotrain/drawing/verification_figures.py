@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -11,7 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from viscotrain.drawing.style import BLUE, GREY, MARKERS, PAGE, STYLE, VERMILLION, Drawing, styled
+from viscotrain.drawing.style import (
+    BLUE,
+    GREY,
+    MARKERS,
+    PAGE,
+    STYLE,
+    VERMILLION,
+    Drawing,
+    colours_of,
+    styled,
+)
 from viscotrain.studies.accuracy import (
     CLOSURE_WORDS,
     NOISE,
@@ -48,10 +57,6 @@ def all_of(found: Findings) -> Iterator[tuple[str, Drawing]]:
         yield "closure", closure(found.trains, found.spacing)
 
 
-def _colours(count: int):
-    return matplotlib.colormaps["viridis"](np.linspace(0, 0.85, max(count, 1)))
-
-
 def _point(comparison: xr.Dataset) -> str:
     sp, sf, De = (float(comparison[name]) for name in ("sp", "sf", "deborah"))
     behind, ahead = ("\N{INFINITY}" if np.isinf(s) else f"{s:g}" for s in (sp, sf))
@@ -69,7 +74,7 @@ def start_up(comparisons: Sequence[xr.Dataset]) -> Drawing:
     panels = iter(figure.subplots(rows, COLUMNS, squeeze=False).ravel())
     for comparison, axes in zip(comparisons, panels, strict=False):
         _draw_relative(axes, comparison)
-    colours = _colours(len(comparisons))
+    colours = colours_of(len(comparisons))
     together, decay, over = next(panels), next(panels), next(panels)
     for n, (comparison, colour) in enumerate(zip(comparisons, colours, strict=True)):
         style = {"color": colour, "label": _point(comparison)}
@@ -198,7 +203,7 @@ def _draw_errors(error: Axes, share: Axes, spacing: pd.DataFrame):
     deborahs = sorted(spacing["deborah"].unique())
     sizes = spacing.assign(error=spacing["error"].abs(), direct=spacing["direct"].abs())
     worst = sizes.groupby(["closure", "deborah", "gap"])[["error", "direct"]].max()
-    for n, (De, colour) in enumerate(zip(deborahs, _colours(len(deborahs)), strict=True)):
+    for n, (De, colour) in enumerate(zip(deborahs, colours_of(len(deborahs)), strict=True)):
         marker = {"marker": MARKERS[n], "ms": 4, "color": colour}
         for name, style in MODELS.items():
             found, line = worst.loc[name, De], marker | {"ls": style["ls"], "lw": style["lw"]}

@@ -32,7 +32,7 @@ from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table import memory
 from viscotrain.table.attributes import ATTRIBUTES
-from viscotrain.trains.variables import with_errors
+from viscotrain.trains.variables import rate_in_words, with_errors
 from viscotrain.words import BEYOND_QUASI_STEADY
 
 MEASURES = ("mean_spacing", "spacing_mode", "spacing_variation", "even_share", "touching_share")
@@ -266,7 +266,7 @@ def headline(dataset: xr.Dataset) -> list[str]:
     best = min(outlets, key=lambda own: float(own["spacing_variation"]))
     ordered = sum(math.isfinite(own["ordered_position"]) for own in outlets)
     rate = float(best["sphere_rate"])
-    enter = f", {rate:.3g} spheres/s" if math.isfinite(rate) else ""
+    enter = f", {rate_in_words(rate)} spheres/s" if math.isfinite(rate) else ""
     return [
         f"ordered (coefficient of variation up to {float(dataset['ordered_variation']):g}) at "
         f"{ordered} of {len(outlets)} conditions, {dataset.attrs['injection']} injection;",

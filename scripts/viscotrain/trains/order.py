@@ -27,6 +27,9 @@ die slowly, and no channel makes a perfect train.
 
 At De = 0 the flow is reversible: A = B, and a train neither orders nor gets less even. Rates below
 `NEUTRAL` are taken as this: they are of the table's errors, and no channel is as long.
+
+The memory of gaps (`closures.WithMemory`) is of second order in relative velocities, which an even
+train does not have, so it changes none of this.
 """
 
 import math
@@ -43,7 +46,7 @@ from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.closures import CLOSURES, Closure
 from viscotrain.words import MIDDLE
 
-SHIFT = 1e-3  # d: differences of velocities over it are good to 1e-6 of their slope
+SHIFT = 1e-3  # d: far less than the distances over which velocities change
 FARTHEST_FELT = 60.0  # d from the sphere that is moved
 FEWEST_ON_A_SIDE = 4
 CLOSEST_SPACING, FARTHEST_SPACING = 1.2, 15.0  # d, of trains that may order

@@ -16,7 +16,7 @@ from viscotrain.trains.condition import Condition, baseline, model_errors
 from viscotrain.trains.injection import channel_volume_fraction, feed_volume_fraction
 from viscotrain.trains.recording import SNAPSHOTS, Record
 from viscotrain.trains.statistics import MODE, statistics
-from viscotrain.trains.variables import described, with_errors
+from viscotrain.trains.variables import described, rate_in_words, with_errors
 from viscotrain.words import DEBORAH_NUMBERS, repeated
 
 TRACKED_SPHERES = 40
@@ -332,7 +332,8 @@ def headline(trains: xr.Dataset, seconds: float = math.nan) -> list[str]:
     """
     last, rate = trains.isel(station=-1), float(trains["injection_rate"])
     own = {how[0]: with_errors(last, *how) for how in IN_WORDS.values()}
-    enter = f"{rate / seconds:.3g} spheres/s" if math.isfinite(seconds) else f"{rate:.3g} Ubar/D"
+    per_second = f"{rate_in_words(rate / seconds)} spheres/s"
+    enter = per_second if math.isfinite(seconds) else f"{rate:.3g} Ubar/D"
     return [
         f"{amount(trains)}, {enter}",
         f"at z = {float(last['station']):g} D, +- sampling +- model error: "

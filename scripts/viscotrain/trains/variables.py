@@ -11,6 +11,11 @@ def described(values, dims: Sequence[str], long_name: str, **attributes) -> xr.V
     return xr.Variable(dims, values, {"long_name": long_name, "units": "1", **attributes})
 
 
+def rate_in_words(rate: float) -> str:
+    """Spheres per second to three digits, and never as a power of ten."""
+    return f"{rate:.0f}" if rate >= 100 else f"{rate:.3g}"
+
+
 def with_errors(
     dataset: xr.Dataset, name: str, decimals: int, factor: float = 1.0, between: str = " +- "
 ) -> str:
