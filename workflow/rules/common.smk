@@ -8,7 +8,7 @@ sys.path.insert(0, f"{workflow.basedir}/scripts")
 from snakemake.exceptions import WorkflowError
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import simulated
+from viscotrain.config.geometries import diameter_ratios, simulated
 from viscotrain.config.names import (
     fraction_name,
     geometry_name,
@@ -16,6 +16,7 @@ from viscotrain.config.names import (
     parse_distance,
     parse_fraction,
     point_name,
+    sphere_name,
     train_name,
 )
 from viscotrain.config.reading import (
@@ -62,6 +63,7 @@ wildcard_constraints:
     sp=r"[0-9.e+-]+|inf",
     sf=r"[0-9.e+-]+|inf",
     deborah=r"[0-9.e+-]+",
+    diameter_ratio=r"[0-9.e+-]+",
     volume_fraction=r"(_feed)?[0-9.e+-]+",
     kind="mesh|order|box|time_step",
     gap=r"[0-9.e+-]+",
@@ -77,6 +79,10 @@ if STUDY.dns.method == "transient":
     ]
 else:
     SIMULATIONS = [("dns", geometry_name(*geometry)) for geometry in simulated(STUDY)]
+
+SINGLE_SPHERES = [
+    ("dns", sphere_name(ratio)) for ratio in diameter_ratios(STUDY) if not GIVEN_TABLE
+]
 
 TRAINS = [
     train_name(De, phi, STUDY.trains.feed)
@@ -131,6 +137,10 @@ def dns_settings(wildcards):
     return stages.dns(
         STUDY, parse_distance(wildcards.sp), parse_distance(wildcards.sf)
     ).stated()
+
+
+def single_sphere_settings(wildcards):
+    return stages.single_sphere(STUDY, float(wildcards.diameter_ratio)).stated()
 
 
 def transient_settings(wildcards):

@@ -39,6 +39,20 @@ use rule dns as dns_single_sphere with:
 ruleorder: dns_single_sphere > dns
 
 
+# What the velocity changes with the diameter, for spheres that are not equal.
+use rule dns as dns_other_diameter with:
+    output:
+        result=f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.nc",
+        timing=f"{RESULTS}/dns/timing/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.csv",
+    log:
+        f"{LOGS}/dns/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.log",
+    params:
+        **given("dns"),
+        settings=single_sphere_settings,
+    message:
+        "Simulating a single sphere of {wildcards.diameter_ratio} times the diameter"
+
+
 if STUDY.field_point():
 
     rule field:

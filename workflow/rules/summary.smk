@@ -9,7 +9,10 @@ rule summary:
         movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
         maps=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
         figures=expand(f"{FIGURES}/{{figure}}.png", figure=ALL_FIGURES),
-        timing=[f"{RESULTS}/{stage}/timing/{name}.csv" for stage, name in SIMULATIONS],
+        timing=[
+            f"{RESULTS}/{stage}/timing/{name}.csv"
+            for stage, name in SIMULATIONS + SINGLE_SPHERES
+        ],
     output:
         summary=report(
             f"{RESULTS}/summary.txt",

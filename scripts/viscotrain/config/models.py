@@ -91,10 +91,19 @@ class ChannelConfig(Section):
 
 
 class ParticleConfig(Section):
-    """The spheres, all equal."""
+    """The spheres: all equal, or of diameters that vary about a mean."""
 
     diameter: float = key(
-        "diameter of the spheres, less than channel.diameter", symbol="d", unit="m", gt=0
+        "mean diameter of the spheres, less than channel.diameter", symbol="d", unit="m", gt=0
+    )
+    diameter_variation: float = key(
+        "coefficient of variation of the diameters in trains: normally distributed, cut at three "
+        "standard deviations. A sphere's velocity follows its diameter to first order; 0 = all "
+        "equal",
+        unit="1",
+        default=0.0,
+        ge=0,
+        le=0.1,
     )
 
 

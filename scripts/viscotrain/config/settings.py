@@ -219,12 +219,14 @@ class TrainsSettings(Settings):
         closure: Name of a closure.
         injection: Name of the law of the intervals between injections.
         feed: Whether volume fractions are those of what is poured in.
+        diameter_variation: Coefficient of variation of the spheres' diameters.
     """
 
     closure: str
     injection: str
     feed: bool
     memory: float
+    diameter_variation: float
     confinement: float
     length: float
     stations: tuple[float, ...]

@@ -77,6 +77,12 @@ def dns(study: Study, sp: float, sf: float) -> FlowSettings:
     return flow(study).at(simulated_deborahs(study, sp, sf))
 
 
+def single_sphere(study: Study, diameter_ratio: float) -> FlowSettings:
+    """One sphere of another diameter, over that of the study, at all Deborah numbers."""
+    own = flow(study)
+    return own.model_copy(update={"confinement": diameter_ratio * own.confinement})
+
+
 def field(study: Study) -> FieldSettings:
     """The point of the table whose fields are drawn."""
     point = study.field_point()
@@ -152,6 +158,7 @@ def trains(study: Study) -> TrainsSettings:
         injection=study.trains.injection,
         feed=study.trains.feed,
         memory=study.trains.memory,
+        diameter_variation=study.particle.diameter_variation,
         confinement=study.confinement,
         length=study.channel.length,
         stations=study.trains.stations,

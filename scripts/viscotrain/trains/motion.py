@@ -1,12 +1,12 @@
 r"""Motion of a train: all spheres are moved by their distances.
 
 **Motion.** dz_i/dt = U_i, from all distances, trailing sphere first, by one of the closures in
-`closures`. Gaps below the table's smallest distance are lubricated over the whole chain: the two
+`closures`, and their diameters, see `sizes`. Gaps below the table's smallest distance are lubricated over the whole chain: the two
 velocities at one gap come from two different triplets, so a triplet's own limit would not stop
 overlap.
 
 **State.** y = (z_1, x_1, ..., x_{N-1}): the position of the trailing sphere, and the logarithms of
-the gaps, x_j = log(s_j - 1). A gap in lubrication closes or opens exponentially, so its logarithm
+the gaps, x_j = log(s_j - c_j), with c_j = 1 the distance in contact of equal spheres. A gap in lubrication closes or opens exponentially, so its logarithm
 changes evenly; it may close to less than the rounding of positions and open again, and never
 reaches contact.
 
@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from viscotrain.table.lubrication import ROUND_OFF, ChainMotion, lubricate
 from viscotrain.trains.closures import Closure
+from viscotrain.trains.sizes import contact
 from viscotrain.words import CONTACT
 
 TOLERANCE = 1e-4  # of Euler's distances in one step, in d; Heun's are far better
@@ -36,9 +37,21 @@ LONGEST_STEP = 2.0  # D/Ubar
 SAFETY, SHRINK, GROW = 0.8, 0.2, 2.0  # limits of the next step's length over the last one's
 
 
-def chain_motion(closure: Closure, gap: NDArray) -> ChainMotion:
-    """Velocities of a train, shape (N,), from its gaps s - 1, shape (N - 1,), trailing first."""
-    free = closure.free_velocities(CONTACT + gap)
+def chain_motion(
+    closure: Closure,
+    gap: NDArray,
+    contact: NDArray | float = CONTACT,
+    drift: NDArray | float = 0.0,
+) -> ChainMotion:
+    """Velocities of a train, shape (N,).
+
+    Args:
+        closure: Of equal spheres.
+        gap: s - c in d, trailing first, shape (N - 1,).
+        contact: Distances c at which spheres touch, in d, of this shape.
+        drift: What diameters add to velocities, in Ubar, shape (N,).
+    """
+    free = closure.free_velocities(contact + gap) + drift
     return lubricate(free, gap, closure.smallest_distance - CONTACT)
 
 
@@ -77,27 +90,36 @@ class Channel:
         closure: Velocities of trains.
         confinement: d/D.
         tolerance: Of Euler's distances in one step, in d.
+        response: U' of `sizes`, in Ubar.
 
     Attributes:
+        contact: Distances at which the spheres in it touch, in d, shape (N - 1,).
+        drift: What their diameters add to velocities, in Ubar, shape (N,).
         fastest: Largest relative velocity of neighbours at the beginning of any step, in Ubar.
     """
 
     closure: Closure
     confinement: float
     tolerance: float = TOLERANCE
+    response: float = 0.0
+    contact: NDArray | float = field(default=CONTACT, init=False)
+    drift: NDArray | float = field(default=0.0, init=False)
     fastest: float = field(default=0.0, init=False)
 
     def __post_init__(self):
         self._trial = LONGEST_STEP  # length of the next step
 
+    def hold(self, deviation: NDArray):
+        """Take spheres that are not equal: their (d_i - d)/d, trailing first, shape (N,)."""
+        self.contact, self.drift = contact(deviation), self.response * deviation
+
     def state(self, z: NDArray) -> NDArray:
         """State of a train, from its positions in D, trailing first."""
-        gap = np.diff(z) / self.confinement - CONTACT
-        return np.concatenate([z[:1], np.log(np.maximum(gap, ROUND_OFF))])
+        return np.concatenate([z[:1], logarithm(np.diff(z) / self.confinement - self.contact)])
 
     def positions(self, y: NDArray) -> NDArray:
         """Positions of a train in D, trailing first."""
-        distances = self.confinement * (CONTACT + np.exp(y[1:]))
+        distances = self.confinement * (self.contact + np.exp(y[1:]))
         return np.concatenate([y[:1], distances]).cumsum()
 
     def motion(self, y: NDArray) -> tuple[NDArray, NDArray]:
@@ -105,7 +127,7 @@ class Channel:
         if not y.size:
             return y, y
         gap = np.exp(y[1:])
-        U = chain_motion(self.closure, gap)
+        U = chain_motion(self.closure, gap, self.contact, self.drift)
         return U.velocity, np.concatenate([U.velocity[:1], U.relative / (self.confinement * gap)])
 
     def step(self, y: NDArray, longest: float) -> tuple[Step, NDArray]:
@@ -125,6 +147,11 @@ class Channel:
             # a step cut short by an event says little about the next one
             self._trial = min(LONGEST_STEP, max(duration * factor, self._trial))
             return step, velocity
+
+
+def logarithm(gap: NDArray) -> NDArray:
+    """Of gaps in d, as a state has them: overlap counts as contact."""
+    return np.log(np.maximum(gap, ROUND_OFF))
 
 
 def arrival(way: NDArray, speed: NDArray, whole_way: NDArray, duration: float) -> NDArray:
