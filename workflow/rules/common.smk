@@ -108,6 +108,7 @@ ALL_FIGURES = [
     *[f"stations_{train}" for train in MOVIES],
     *(["spacing_law", "design_map"] if MAP else []),
     "order",
+    "diameter_variation",
 ]
 
 CHECK = STUDY.verification
@@ -188,5 +189,14 @@ def simulating_trains(runs, feed, fractions=()):
         wanted = fractions or [parse_fraction(wildcards.volume_fraction)]
         seconds = sum(resources.train_seconds(STUDY, phi, runs, feed) for phi in wanted)
         return resources.minutes_for(seconds, attempt)
+
+    return not_solving("trains") | {"runtime": runtime}
+
+
+def varying_diameters():
+    """Resources of trains at several variations of diameters."""
+
+    def runtime(wildcards, attempt):
+        return resources.minutes_for(resources.variation_seconds(STUDY), attempt)
 
     return not_solving("trains") | {"runtime": runtime}

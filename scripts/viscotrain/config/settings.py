@@ -236,11 +236,41 @@ class TrainsSettings(Settings):
 
 
 class OrderSettings(Settings):
-    """Order of equally spaced trains in a channel of some length, in D."""
+    """Order of equally spaced trains in a channel of some length, in D.
+
+    Attributes:
+        closure: Name of a closure.
+        injection: Name of the law of the intervals between injections.
+        feed: Whether volume fractions are those of what is poured in.
+        deborah: Deborah numbers of the conditions that are named.
+        fractions: Volume fractions of these.
+        ordered_variation: CV of the spacing of a train that counts as ordered.
+    """
 
     closure: str
+    injection: str
+    feed: bool
     confinement: float
     length: float
+    deborah: tuple[float, ...]
+    fractions: tuple[float, ...]
+    ordered_variation: float
+
+
+class DiameterVariationSettings(Settings):
+    """Trains whose diameters vary by more and more.
+
+    Attributes:
+        trains: The trains; their own variation of diameters is one of them.
+        deborah: Their Deborah numbers.
+        fractions: Their volume fractions.
+        ordered_variation: CV of the spacing of a train that counts as ordered.
+    """
+
+    trains: TrainsSettings
+    deborah: tuple[float, ...]
+    fractions: tuple[float, ...]
+    ordered_variation: float
 
 
 class FilmSettings(Settings):

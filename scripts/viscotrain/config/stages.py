@@ -13,6 +13,7 @@ from viscotrain.config.settings import (
     ClosureGapSettings,
     ClosureTrainSettings,
     DesignMapSettings,
+    DiameterVariationSettings,
     FieldSettings,
     FiguresSettings,
     FilmSettings,
@@ -33,6 +34,7 @@ from viscotrain.config.study import Study
 from viscotrain.fluid.parameters import DimensionlessFluid
 
 DRAWN = (1.2, 1.6, 2.5, math.inf)  # distances in d, of a study that has none
+MOST_OF_A_SIZE = 2  # repeats of trains at one variation of diameters: they enter as all others do
 OF_THE_STUDY = ("schematic", "rheology")  # figures that show the config itself
 
 
@@ -185,8 +187,30 @@ def order(study: Study) -> OrderSettings:
     """Stability and ordering length of equally spaced trains."""
     return OrderSettings(
         closure=study.trains.closure,
+        injection=study.trains.injection,
+        feed=study.trains.feed,
         confinement=study.confinement,
         length=study.channel.length,
+        deborah=study.trains.deborah,
+        fractions=study.trains.fractions,
+        ordered_variation=study.design_map.ordered_variation,
+    )
+
+
+def diameter_variation(study: Study) -> DiameterVariationSettings:
+    """Trains of the section `trains`, recorded at the outlet only, fewer of them."""
+    own = trains(study).model_copy(
+        update={
+            "stations": (study.channel.length,),
+            "repeats": min(study.trains.repeats, MOST_OF_A_SIZE),
+            "passages": min(study.trains.passages, study.design_map.passages),
+        }
+    )
+    return DiameterVariationSettings(
+        trains=own,
+        deborah=study.trains.deborah,
+        fractions=study.trains.fractions,
+        ordered_variation=study.design_map.ordered_variation,
     )
 
 

@@ -18,13 +18,14 @@ from viscotrain.drawing.style import BLUE, COLUMN, GREY, STYLE, VERMILLION, Draw
 from viscotrain.trains.repeats import moving_frame
 from viscotrain.trains.statistics import TOUCHING
 from viscotrain.trains.variables import with_errors
+from viscotrain.words import CONTACT
 
 DRAWN_LENGTH = 80.0  # of a train, in d
 WORDS = 2.0  # width of what is written beside a panel, in inches
 
 
 SCALARS = ["deborah", "confinement", "volume_fraction", "feed_volume_fraction"]
-SCALARS += ["injection_rate", "memory_number"]
+SCALARS += ["injection_rate", "memory_number", "diameter_variation"]
 
 
 def kept(trains: xr.Dataset, measures: Sequence[str], others: Sequence[str] = ()) -> xr.Dataset:
@@ -116,6 +117,8 @@ def train(trains: xr.Dataset) -> Drawing:
     """Successive spheres against channel position, in a frame that moves with them."""
     tracks = ["track_time", "track_position"]
     data = kept(trains, [], tracks).transpose("track_sphere", "track_station", ...)
+    contact = trains["contact_distance"].isel(repeat=0, passage=slice(data.sizes["track_sphere"]))
+    data["track_contact"] = ("track_sphere", contact.values, contact.attrs)
     entered = data["track_position"].values[:, 0]
     data = data.isel(track_sphere=entered > entered[0] - DRAWN_LENGTH)
     z = data["track_station"].values
@@ -127,7 +130,7 @@ def train(trains: xr.Dataset) -> Drawing:
     start = axes.hlines(y[:, 0], z[0], z[-1], color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
     entries = [(start, "as entered")]
     for pieces, colour, label in zip(
-        _pieces(z, y),
+        _pieces(z, y, data["track_contact"].values),
         (BLUE, VERMILLION),
         ("sphere", f"touching ($s^*$ < {TOUCHING:g})"),
         strict=True,
@@ -149,14 +152,15 @@ def _one_diameter(figure: Figure, y: NDArray) -> float:
     return float(np.clip(points, 0.6, 4.0))
 
 
-def _pieces(z: NDArray, y: NDArray) -> tuple[list[NDArray], list[NDArray]]:
+def _pieces(z: NDArray, y: NDArray, contact: NDArray) -> tuple[list[NDArray], list[NDArray]]:
     """Lines of all spheres from station to station: apart from others, and touching one.
 
     Args:
         z: Stations, shape (station,).
         y: Positions in the moving frame in d, the first sphere ahead, shape (sphere, station).
+        contact: Distances to the sphere ahead at which they touch, in d, shape (sphere,).
     """
-    near = np.abs(np.diff(y, axis=0)) < TOUCHING
+    near = np.abs(np.diff(y, axis=0)) < (TOUCHING + (contact[1:] - CONTACT))[:, None]
     touches = np.zeros(y.shape, dtype=bool)
     touches[1:] |= near
     touches[:-1] |= near

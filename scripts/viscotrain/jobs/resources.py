@@ -107,3 +107,15 @@ def train_seconds(
     inside = study.channel.length / (spacing * study.confinement)
     injected, again = inside + runs.passages, 2 * repeated(runs.repeats)
     return (runs.repeats + again) * injected * (TRAIN["a"] + TRAIN["b"] * inside)
+
+
+def variation_seconds(study: Study) -> float:
+    """CPU seconds of the trains of the stage `diameter_variation`, all conditions together.
+
+    Each of them is entered in at most two ways, at up to six variations, with at most two repeats.
+    """
+    runs = study.trains.model_copy(update={"repeats": 1})
+    each = [
+        train_seconds(study, phi, runs, study.trains.feed) / 3 for phi in study.trains.fractions
+    ]
+    return 24 * len(study.trains.deborah) * sum(each)

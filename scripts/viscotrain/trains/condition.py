@@ -72,6 +72,10 @@ class Condition:
             sizes=self.sizes,
         )
 
+    def with_sizes(self, sizes: Sizes) -> "Condition":
+        """The same with other diameters; where they do not vary there is no response."""
+        return replace(self, sizes=sizes if sizes.variation > 0 else EQUAL)
+
     def a_little_wrong(
         self, closures: Mapping[str, Closure], response_error: float
     ) -> dict[str, "Condition"]:
@@ -83,8 +87,8 @@ class Condition:
         """
         found = {name: replace(self, closure=other) for name, other in closures.items()}
         if self.sizes.variation > 0 and math.isfinite(response_error):
-            sizes = replace(self.sizes, response=self.sizes.response + response_error)
-            found["sizes"] = replace(self, sizes=sizes)
+            response = self.sizes.response + response_error
+            found["sizes"] = self.with_sizes(Sizes(self.sizes.variation, response))
         return found
 
 

@@ -23,7 +23,8 @@ With x the mean of a statistic over these repeats, its model error is
 
 Random numbers are the same, so what a few repeats tell scatters little. Errors of the simulations
 themselves, of rounding or of the time step (1e-3 d) are not in it, nor is what the fluid model
-leaves out, or that diameters count to first order. Where the table was not checked its part is missing, and said so.
+leaves out, or that diameters count to first order. Where the table was not checked its part is
+missing, and said so.
 """
 
 import math

@@ -1,14 +1,15 @@
 r"""Motion of a train: all spheres are moved by their distances.
 
 **Motion.** dz_i/dt = U_i, from all distances, trailing sphere first, by one of the closures in
-`closures`, and their diameters, see `sizes`. Gaps below the table's smallest distance are lubricated over the whole chain: the two
-velocities at one gap come from two different triplets, so a triplet's own limit would not stop
-overlap.
+`closures`, and from the diameters of spheres that are not equal (`sizes`). Gaps below the table's
+smallest distance are lubricated over the whole chain: the two velocities at one gap come from two
+different triplets, so a triplet's own limit would not stop overlap.
 
 **State.** y = (z_1, x_1, ..., x_{N-1}): the position of the trailing sphere, and the logarithms of
-the gaps, x_j = log(s_j - c_j), with c_j = 1 the distance in contact of equal spheres. A gap in lubrication closes or opens exponentially, so its logarithm
-changes evenly; it may close to less than the rounding of positions and open again, and never
-reaches contact.
+the gaps, x_j = log(s_j - c_j), with c_j the distance in contact, 1 for equal spheres. A gap in
+lubrication closes or opens exponentially, so its logarithm changes evenly; it may close to less
+than the rounding of positions and open again, and never reaches contact. Unequal spheres that
+press on each other for ever stop at `DEEPEST`.
 
 **Time.** Heun's method; steps end at every injection and every exit. Their length is controlled by
 the difference between Heun's and Euler's state, which bounds the error of the latter. Within a step
@@ -33,6 +34,7 @@ from viscotrain.words import CONTACT
 
 TOLERANCE = 1e-4  # of Euler's distances in one step, in d; Heun's are far better
 LOGARITHM_TOLERANCE = 0.02  # of its gaps, relative: 1e-3 d when a gap leaves lubrication
+DEEPEST = -600.0  # logarithm of a gap, near the end of what a number can be
 LONGEST_STEP = 2.0  # D/Ubar
 SAFETY, SHRINK, GROW = 0.8, 0.2, 2.0  # limits of the next step's length over the last one's
 
@@ -126,9 +128,11 @@ class Channel:
         """Velocities of the spheres in Ubar, and dy/dt."""
         if not y.size:
             return y, y
-        gap = np.exp(y[1:])
+        gap = np.exp(np.maximum(y[1:], DEEPEST))
         U = chain_motion(self.closure, gap, self.contact, self.drift)
-        return U.velocity, np.concatenate([U.velocity[:1], U.relative / (self.confinement * gap)])
+        rate = U.relative / (self.confinement * gap)
+        rate[(y[1:] < DEEPEST) & (rate < 0)] = 0.0
+        return U.velocity, np.concatenate([U.velocity[:1], rate])
 
     def step(self, y: NDArray, longest: float) -> tuple[Step, NDArray]:
         """One step within the tolerance, not longer than `longest`, and velocities at its start."""

@@ -26,7 +26,7 @@ from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
 from viscotrain.trains.motion import TOLERANCE, Channel, Step, arrival, logarithm
 from viscotrain.trains.sizes import EQUAL, Sizes, contact
-from viscotrain.words import CONTACT, FEWEST_TRAIN_SPHERES
+from viscotrain.words import FEWEST_TRAIN_SPHERES
 
 SNAPSHOTS = 8
 

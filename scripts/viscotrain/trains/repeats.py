@@ -16,9 +16,9 @@ from viscotrain.trains.closures import Velocities, make_closure
 from viscotrain.trains.condition import Condition, baseline, model_errors
 from viscotrain.trains.injection import channel_volume_fraction, feed_volume_fraction
 from viscotrain.trains.recording import SNAPSHOTS, Record
-from viscotrain.trains.sizes import EQUAL, Sizes
+from viscotrain.trains.sizes import Sizes
 from viscotrain.trains.statistics import MODE, statistics
-from viscotrain.trains.variables import described, rate_in_words, with_errors
+from viscotrain.trains.variables import described, rate_in_words, unequal, with_errors
 from viscotrain.words import DEBORAH_NUMBERS, repeated
 
 TRACKED_SPHERES = 40
@@ -92,8 +92,9 @@ def run_repeats(
     places = np.asarray(stations, dtype=float)
     closed = make_closure(closure, velocities, memory_strength)
     phi = channel_volume_fraction(volume_fraction, closed.isolated) if feed else volume_fraction
-    sizes = Sizes(diameter_variation, size_response.value) if diameter_variation > 0 else EQUAL
-    own = Condition(closed, injection, confinement, phi, length, passages, seed, sizes)
+    sizes = Sizes(diameter_variation, size_response.value)
+    equal = Condition(closed, injection, confinement, phi, length, passages, seed)
+    own = equal.with_sizes(sizes)
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
     everywhere = np.union1d(places, track_stations)
     records = [own.record(n, places if n else everywhere) for n in range(repeats)]
@@ -329,11 +330,10 @@ IN_WORDS = {  # by column: statistic, decimals, factor
 
 def amount(trains: xr.Dataset) -> str:
     """How much enters, and how, in words."""
-    variation = 100 * float(trains[VARIATION])
     return (
         f"phi = {100 * float(trains[CHANNEL]):.3g} % in the channel, "
         f"{100 * float(trains[FEED]):.3g} % in the feed, {trains.attrs['injection']} injection"
-        + (f", diameters vary by {variation:.3g} %" if variation > 0 else "")
+        f"{unequal(trains)}"
     )
 
 

@@ -114,7 +114,7 @@ def statistics(
     Args:
         spacing: s* in d, dims (repeat, station, passage).
         mean_spacing: That of an equally spaced train, which sets the range of the bins.
-        contact: Distances in d at which these spheres touch, dims (repeat, passage); None: `CONTACT`.
+        contact: Distances in d at which these spheres touch, dims (repeat, passage); None: 1.
 
     Returns:
         The `MEASURES` and spacing_mode over the station, and spacing_bin or string_length, each
