@@ -400,7 +400,7 @@ def test_train_is_one_line_per_sphere(train):
 def test_pieces_of_lines_join_and_know_who_touches():
     z = np.arange(5.0)
     y = np.array([[0, 0, 0, 0, 0], [-3, -2, -1, -1, -1], [-6, -6, -6, -6, -6.0]])
-    alone, touching = train_figures._pieces(z, y)
+    alone, touching = train_figures._pieces(z, y, np.ones(len(y)))
     assert [piece[:, 0].tolist() for piece in touching] == [[2, 3, 4], [2, 3, 4]]
     assert [piece[:, 0].tolist() for piece in alone] == [[0, 1, 2], [0, 1, 2], [0, 1, 2, 3, 4]]
 

@@ -27,6 +27,7 @@ AFTER_DNS = {
     "design_points": 1,
     "design_map": 1,
     "order": 1,
+    "diameter_variation": 1,
     "velocity_figures": 1,
     "train_figures": 1,
     "interactive": 1,

@@ -34,7 +34,6 @@ from viscotrain.config.study import Study
 from viscotrain.fluid.parameters import DimensionlessFluid
 
 DRAWN = (1.2, 1.6, 2.5, math.inf)  # distances in d, of a study that has none
-MOST_OF_A_SIZE = 2  # repeats of trains at one variation of diameters: they enter as all others do
 OF_THE_STUDY = ("schematic", "rheology")  # figures that show the config itself
 
 
@@ -202,7 +201,7 @@ def diameter_variation(study: Study) -> DiameterVariationSettings:
     own = trains(study).model_copy(
         update={
             "stations": (study.channel.length,),
-            "repeats": min(study.trains.repeats, MOST_OF_A_SIZE),
+            "repeats": 1,
             "passages": min(study.trains.passages, study.design_map.passages),
         }
     )

@@ -177,9 +177,10 @@ def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
     if known:
         enter = f"{rate_in_words(rate / float(units['time'].sel(deborah=De)))} per second"
     touching = 100 * float(train["touching_share_injected"])
+    injected = float(train["spacing_variation_injected"])
     return (
         f"Spheres enter by the {train.attrs['injection']} law{unequal(train)}, {enter}: it makes "
-        f"a CV of {float(train['spacing_variation_injected']):.2f} and {touching:.1f} % touching spheres. "
+        f"a CV of {injected:.2f} and {touching:.1f} % touching spheres. "
         f"Model errors from {train.attrs['model_error']}."
     )
 

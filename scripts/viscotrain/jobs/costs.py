@@ -18,14 +18,14 @@ import numpy as np
 import pandas as pd
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import simulated, wanted
+from viscotrain.config.geometries import diameter_ratios, simulated, wanted
 from viscotrain.config.names import train_name
 from viscotrain.config.study import Study
 from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.refinement import unknowns_per_element
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.progress import Point, made_with, outcomes
-from viscotrain.jobs.resources import train_seconds
+from viscotrain.jobs.resources import train_seconds, variation_seconds
 from viscotrain.table.triplets import Triplet
 from viscotrain.words import has_solution
 
@@ -208,6 +208,9 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
         flow_seconds(study, geometry, deborahs, model, own)
         for geometry, deborahs in work.flows_left.items()
     ]
+    # Single spheres of other diameters are not counted one by one; they come with the rest.
+    sphere = flow_seconds(study, (math.inf, math.inf), study.deborah.values, model, own)
+    others = len(diameter_ratios(study)) * sphere if study.table.file is None else 0.0
     mean = float(np.mean(each)) if each else 0.0
     trains = [
         train_seconds(study, phi, study.trains, study.trains.feed) for _, phi in work.trains_left
@@ -221,11 +224,12 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     jobs = len(work.flows_left) + len(trains)
     frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)
     # Besides: design points by De and the map of them, figures of study, velocities and trains,
-    # field, table, units, page and summary.
+    # field, table, units, page, summary, single spheres and trains of unequal ones.
     rows = len({De for De, _ in study.map_conditions()})
-    started = jobs + 2 * len(films) + rows + len(work.trains) + 8
+    started = jobs + 2 * len(films) + rows + len(work.trains) + 13
     # The flow that is drawn is solved once more, without being one of the table's jobs.
     rest = START_UP * started + FIGURE * figures + FRAME * frames + sum(design_map) + mean
+    rest += variation_seconds(study) + (others if each else 0.0)
     rest = rest if jobs else 0.0
     return Cost(
         flows=sum(each),

@@ -112,10 +112,10 @@ def train_seconds(
 def variation_seconds(study: Study) -> float:
     """CPU seconds of the trains of the stage `diameter_variation`, all conditions together.
 
-    Each of them is entered in at most two ways, at up to six variations, with at most two repeats.
+    Each of them enters in two ways, at up to six variations, once.
     """
     runs = study.trains.model_copy(update={"repeats": 1})
-    each = [
-        train_seconds(study, phi, runs, study.trains.feed) / 3 for phi in study.trains.fractions
-    ]
-    return 24 * len(study.trains.deborah) * sum(each)
+    fractions = study.trains.fractions
+    counted = 1 + 2 * repeated(1)  # trains, in `train_seconds`
+    each = [train_seconds(study, phi, runs, study.trains.feed) / counted for phi in fractions]
+    return 12 * len(study.trains.deborah) * sum(each)

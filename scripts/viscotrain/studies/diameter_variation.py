@@ -26,6 +26,7 @@ from viscotrain.trains.variables import described
 
 VARIATIONS = (0.0, 0.005, 0.01, 0.02, 0.05)  # what beads are sold with, and none
 LAW = np.linspace(0.0, max(VARIATIONS), 51)  # where the law is drawn
+PARTS = 5  # of a train, successive ones, each with a CV of its own
 EVEN = "even"  # the injection law
 GRID = ("condition", "injection", "diameter_variation")
 LAW_GRID = (*GRID[:2], "law_diameter_variation")
@@ -94,21 +95,21 @@ def _of_condition(
     cv, law = [], []
     for injection in injections:
         train = Condition(closed, injection, beta, phi, own.length, own.passages, own.seed)
-        cv.append([_outlet(train, Sizes(v, U), own.repeats) for v in variations])
+        cv.append([_outlet(train, Sizes(v, U)) for v in variations])
         initial = tolerance.injected_variation(held, injection, beta, phi)
         law.append(valid * theory.variation(initial, LAW))
     values = np.moveaxis(np.array(cv), -1, 0)
     return phi, values[0], values[1], np.array(law)
 
 
-def _outlet(train: Condition, sizes: Sizes, repeats: int) -> tuple[float, float]:
-    """CV of the spacing at the outlet, and its sampling error."""
+def _outlet(train: Condition, sizes: Sizes) -> tuple[float, float]:
+    """CV of the spacing at the outlet of one train, and its sampling error from its parts."""
     if sizes.variation > 0 and math.isnan(sizes.response):
         return math.nan, math.nan
-    own = train.with_sizes(sizes)
-    spacing = [own.record(n, np.array([own.length])).spacing[0] for n in range(repeats)]
-    mean, halfwidth = confidence(np.array([np.nanstd(s) / np.nanmean(s) for s in spacing]))
-    return float(mean), float(halfwidth)
+    s = train.with_sizes(sizes).record(0, np.array([train.length])).spacing[0]
+    parts = [np.nanstd(part) / np.nanmean(part) for part in np.array_split(s, PARTS)]
+    _, halfwidth = confidence(np.array(parts))
+    return float(np.nanstd(s) / np.nanmean(s)), float(halfwidth)
 
 
 def summary(found: xr.Dataset) -> str:
