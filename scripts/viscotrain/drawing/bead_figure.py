@@ -10,8 +10,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
-from viscotrain.drawing.style import GREY, MARKERS, PAGE, Drawing, colours_of, styled
+from viscotrain.drawing.style import GREY, MARKERS, PAGE, STYLE, Drawing, fraction_colour, styled
 
 STYLES = ("-", "--")  # by injection
 LEAST_SCATTER = 0.5  # that the axis of CV reaches
@@ -27,29 +28,31 @@ def draw_diameter_variation(found: xr.Dataset) -> Drawing:
     """
     deborah = np.unique(found["deborah"].values)
     phi = np.unique(found["volume_fraction"].values.round(12))
-    colours = colours_of(phi.size)
     figure = Figure(figsize=(PAGE, 3.1), layout="constrained")
     panels = figure.subplots(1, deborah.size, sharey=True, squeeze=False)[0]
     for n in range(found.sizes["condition"]):
         own = found.isel(condition=n)
-        colour = int(np.searchsorted(phi, float(own["volume_fraction"].round(12))))
+        kind = int(np.searchsorted(phi, float(own["volume_fraction"].round(12))))
         axes = panels[int(np.searchsorted(deborah, float(own["deborah"])))]
-        _draw_condition(axes, own, colours[colour], MARKERS[colour % len(MARKERS)])
+        _draw_condition(axes, own, MARKERS[kind % len(MARKERS)])
     for axes, De in zip(panels, deborah, strict=True):
         _finish(axes, found, float(De))
     high = float(np.nanmax(found["spacing_variation"], initial=0.0))
     panels[0].set_ylim(0, 1.05 * max(high, LEAST_SCATTER))
     panels[0].set_ylabel(f"CV of the spacing at {float(found['length']):g} $D$")
-    figure.supxlabel("coefficient of variation of the diameters [%]", fontsize=8)
+    figure.supxlabel(
+        "coefficient of variation of the diameters [%]", fontsize=STYLE["axes.labelsize"]
+    )
     words = f"$d/D$ = {float(found['confinement']):g}"
     if found["law_variation"].isel({"law_diameter_variation": -1}).isnull().all():
         words += f";  {MISSING}, or trains are unstable"
-    figure.suptitle(words)
-    _legend(figure, found, phi, colours)
+    figure.suptitle(words, fontsize=STYLE["axes.titlesize"])
+    _legend(figure, found, phi)
     return Drawing(figure, found)
 
 
-def _draw_condition(axes: Axes, own: xr.Dataset, colour, marker: str):
+def _draw_condition(axes: Axes, own: xr.Dataset, marker: str):
+    colour = fraction_colour(float(own["volume_fraction"]))
     per_cent = 100 * own["diameter_variation"].values
     for n in range(own.sizes["injection"]):
         entered = own.isel(injection=n)
@@ -83,13 +86,13 @@ def _finish(axes: Axes, found: xr.Dataset, deborah: float):
     axes.set_title(f"De = {deborah:g}", loc="left")
 
 
-def _legend(figure: Figure, found: xr.Dataset, phi, colours):
+def _legend(figure: Figure, found: xr.Dataset, phi: NDArray):
     entries = [
         (
             Line2D([], [], color=colour, marker=MARKERS[n % len(MARKERS)], ms=4),
             f"$\\phi$ = {100 * each:.3g} %",
         )
-        for n, (each, colour) in enumerate(zip(phi, colours, strict=True))
+        for n, (each, colour) in enumerate(zip(phi, fraction_colour(phi), strict=True))
     ]
     for n, injection in enumerate(found["injection"].values):
         look = {"color": "black", "marker": "o", "ms": 4, "ls": STYLES[n], "lw": 1}

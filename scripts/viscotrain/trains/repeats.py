@@ -95,11 +95,7 @@ def run_repeats(
     sizes = Sizes(diameter_variation, size_response.value)
     equal = Condition(closed, injection, confinement, phi, length, passages, seed)
     own = equal.with_sizes(sizes)
-    track_stations = np.linspace(0.0, length, TRACK_STATIONS)
-    everywhere = np.union1d(places, track_stations)
-    records = [own.record(n, places if n else everywhere) for n in range(repeats)]
-    tracks = _tracks(track_stations, _apart(records[0], places, track_stations), confinement)
-    dataset = xr.merge([_results(records, places, own.mean_spacing), tracks])
+    dataset = _recorded(own, places, repeats)
     wrong = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     others = own.a_little_wrong(wrong, size_response.error)
     dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
@@ -116,6 +112,16 @@ def run_repeats(
         ),
     }
     return dataset
+
+
+def _recorded(own: Condition, stations: NDArray, repeats: int) -> xr.Dataset:
+    """What all repeats have recorded, with its statistics, and tracks of the first one."""
+    track_stations = np.linspace(0.0, own.length, TRACK_STATIONS)
+    everywhere = np.union1d(stations, track_stations)
+    records = [own.record(n, stations if n else everywhere) for n in range(repeats)]
+    time = _apart(records[0], stations, track_stations)
+    tracks = _tracks(track_stations, time, own.confinement)
+    return xr.merge([_results(records, stations, own.mean_spacing), tracks])
 
 
 def _scalars(own: Condition, centreline_velocity: float) -> dict[str, xr.Variable]:
