@@ -27,12 +27,12 @@ def draw_diameter_variation(found: xr.Dataset) -> Drawing:
         found: Result of `diameter_variation.simulate`.
     """
     deborah = np.unique(found["deborah"].values)
-    phi = np.unique(found["volume_fraction"].values.round(12))
+    phi = np.unique(found["given_fraction"].values)
     figure = Figure(figsize=(PAGE, 3.1), layout="constrained")
     panels = figure.subplots(1, deborah.size, sharey=True, squeeze=False)[0]
     for n in range(found.sizes["condition"]):
         own = found.isel(condition=n)
-        kind = int(np.searchsorted(phi, float(own["volume_fraction"].round(12))))
+        kind = int(np.searchsorted(phi, float(own["given_fraction"])))
         axes = panels[int(np.searchsorted(deborah, float(own["deborah"])))]
         _draw_condition(axes, own, MARKERS[kind % len(MARKERS)])
     for axes, De in zip(panels, deborah, strict=True):
@@ -52,7 +52,7 @@ def draw_diameter_variation(found: xr.Dataset) -> Drawing:
 
 
 def _draw_condition(axes: Axes, own: xr.Dataset, marker: str):
-    colour = fraction_colour(float(own["volume_fraction"]))
+    colour = fraction_colour(float(own["given_fraction"]))
     per_cent = 100 * own["diameter_variation"].values
     for n in range(own.sizes["injection"]):
         entered = own.isel(injection=n)
@@ -87,10 +87,11 @@ def _finish(axes: Axes, found: xr.Dataset, deborah: float):
 
 
 def _legend(figure: Figure, found: xr.Dataset, phi: NDArray):
+    symbol = r"\phi" if found.attrs["given"] == "volume_fraction" else r"\phi_{feed}"
     entries = [
         (
             Line2D([], [], color=colour, marker=MARKERS[n % len(MARKERS)], ms=4),
-            f"$\\phi$ = {100 * each:.3g} %",
+            f"${symbol}$ = {100 * each:.3g} %",
         )
         for n, (each, colour) in enumerate(zip(phi, fraction_colour(phi), strict=True))
     ]

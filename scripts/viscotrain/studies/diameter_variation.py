@@ -68,11 +68,15 @@ def simulate(settings: DiameterVariationSettings, table: VelocityTable) -> xr.Da
     coordinates = {
         "deborah": described(De, GRID[:1], "Deborah number, as the study defines it"),
         "volume_fraction": described(phi, GRID[:1], "volume fraction in the channel"),
+        "given_fraction": described(
+            [each for _, each in conditions], GRID[:1], "the volume fraction that the study gives"
+        ),
         GRID[2]: described(variations, GRID[2:], diameters),
         LAW_GRID[2]: described(LAW, LAW_GRID[2:], f"{diameters}, of the law"),
         "injection": ("injection", injections, {"long_name": "law by which spheres enter"}),
     }
-    return xr.Dataset(variables, coordinates)
+    given = "feed_volume_fraction" if own.feed else "volume_fraction"
+    return xr.Dataset(variables, coordinates, {"given": given})
 
 
 def _of_condition(
