@@ -356,10 +356,10 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     for axes, n in zip(panels, range(count), strict=True):
         z = data["position"].values[n]
         there = np.isfinite(z)
-        z, diameter = z[there], data["diameter"].values[n][there]
+        z, ratio = z[there], data["diameter"].values[n][there]
         start, station = float(data["window_start"][n]), float(data["station"][n])
-        near_ones = touching(z, beta, contact(diameter - 1))
-        for place, own, near in zip(z, diameter, near_ones, strict=True):
+        near_ones = touching(z, beta, contact(ratio - 1))
+        for place, own, near in zip(z, ratio, near_ones, strict=True):
             colour = VERMILLION if near else BLUE
             axes.add_patch(Circle((place, 0), own * beta / 2, facecolor=colour, lw=0))
         axes.plot([station], [-0.5], "^", color="black", ms=5, clip_on=False, zorder=5)

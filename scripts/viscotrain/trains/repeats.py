@@ -89,27 +89,24 @@ def run_repeats(
         interpolation_error: That of `model_error.interpolation_error`, in Ubar; NaN: not known.
         attributes: Global attributes.
     """
-    places = np.asarray(stations, dtype=float)
     closed = make_closure(closure, velocities, memory_strength)
     phi = channel_volume_fraction(volume_fraction, closed.isolated) if feed else volume_fraction
-    sizes = Sizes(diameter_variation, size_response.value)
     equal = Condition(closed, injection, confinement, phi, length, passages, seed)
-    own = equal.with_sizes(sizes)
-    dataset = _recorded(own, places, repeats)
+    own = equal.with_sizes(Sizes(diameter_variation, size_response.value))
+    dataset = _recorded(own, np.asarray(stations, dtype=float), repeats)
     wrong = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     others = own.a_little_wrong(wrong, size_response.error)
     dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
     dataset = dataset.assign(_scalars(own, centreline_velocity))
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
+    words = model_error.in_words(interpolation_error, repeated(repeats), "sizes" in others)
     dataset.attrs = dict(attributes or {}) | {
         "seed": seed,
         "closure": closure,
         "memory_strength": memory_strength,
         "injection": injection,
         "given": FEED if feed else CHANNEL,
-        "model_error": model_error.in_words(
-            interpolation_error, repeated(repeats), "sizes" in others
-        ),
+        "model_error": words,
     }
     return dataset
 
