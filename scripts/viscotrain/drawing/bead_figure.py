@@ -40,12 +40,9 @@ def draw_diameter_variation(found: xr.Dataset) -> Drawing:
     high = float(np.nanmax(found["spacing_variation"], initial=0.0))
     panels[0].set_ylim(0, 1.05 * max(high, LEAST_SCATTER))
     panels[0].set_ylabel(f"CV of the spacing at {float(found['length']):g} $D$")
-    figure.supxlabel(
-        "coefficient of variation of the diameters [%]", fontsize=STYLE["axes.labelsize"]
-    )
-    words = f"$d/D$ = {float(found['confinement']):g}"
+    words = f"$d/D$ = {float(found['confinement']):g};  lines: linear theory, symbols: simulated"
     if found["law_variation"].isel({"law_diameter_variation": -1}).isnull().all():
-        words += f";  {MISSING}, or trains are unstable"
+        words += f"\n{MISSING}, or trains are unstable"
     figure.suptitle(words, fontsize=STYLE["axes.titlesize"])
     _legend(figure, found, phi)
     return Drawing(figure, found)
@@ -83,6 +80,7 @@ def _finish(axes: Axes, found: xr.Dataset, deborah: float):
     if (own := float(found["study_variation"])) > 0:
         axes.axvline(100 * own, color=GREY, lw=0.6)
     axes.set_xlim(-0.2, None)
+    axes.set_xlabel("CV of the diameters [%]")
     axes.set_title(f"De = {deborah:g}", loc="left")
 
 
@@ -98,8 +96,10 @@ def _legend(figure: Figure, found: xr.Dataset, phi: NDArray):
     for n, injection in enumerate(found["injection"].values):
         look = {"color": "black", "marker": "o", "ms": 4, "ls": STYLES[n], "lw": 1}
         look |= {} if n == 0 else {"mfc": "none"}
-        entries.append((Line2D([], [], **look), f"{injection} injection: linear theory, simulated"))
+        entries.append((Line2D([], [], **look), f"{injection} injection"))
     entries.append((Line2D([], [], color=GREY, lw=0.8, ls=":"), "ordered below"))
     if float(found["study_variation"]) > 0:
         entries.append((Line2D([], [], color=GREY, lw=0.6), "beads of the study"))
-    figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=4)
+    figure.legend(
+        *zip(*entries, strict=True), loc="outside lower center", ncols=min(len(entries), 5)
+    )
