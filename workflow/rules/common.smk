@@ -1,5 +1,6 @@
 """What rules share: the study, paths, names, constraints, settings, resources; none is here."""
 
+import math
 import os
 import sys
 
@@ -13,7 +14,6 @@ from viscotrain.config.names import (
     fraction_name,
     geometry_name,
     number_name,
-    parse_distance,
     parse_fraction,
     point_name,
     train_name,
@@ -26,10 +26,13 @@ from viscotrain.config.reading import (
     table_file,
 )
 from viscotrain.errors import ConfigError
-from viscotrain.jobs import resources
+from viscotrain.jobs import grouping, resources
 from viscotrain.jobs.digests import digest
 
 # ------------------------------------------------------------------------------------ the study
+
+# Work in a job of several geometries: a matter of the machine, so the profile says it.
+JOB_MINUTES = float(config.pop("job_minutes", grouping.MINUTES))
 
 try:
     STUDY = parse_study(
@@ -77,6 +80,8 @@ if STUDY.dns.method == "transient":
     ]
 else:
     SIMULATIONS = [("dns", geometry_name(*geometry)) for geometry in simulated(STUDY)]
+
+DNS_JOBS = grouping.jobs(STUDY, JOB_MINUTES)
 
 TRAINS = [
     train_name(De, phi, STUDY.trains.feed)
@@ -127,18 +132,26 @@ def given(script, settings=None):
     return {"study": STUDY.study, "code": digest(script), **own}
 
 
-def dns_settings(wildcards):
-    return stages.dns(
-        STUDY, parse_distance(wildcards.sp), parse_distance(wildcards.sf)
-    ).stated()
-
-
 def transient_settings(wildcards):
     return stages.transient(STUDY, float(wildcards.deborah)).stated()
 
 
 def closure_train_settings(wildcards):
     return stages.closure_train(STUDY, float(wildcards.deborah)).stated()
+
+
+# ---------------------------------------------------------------------------- several in a job
+
+
+def kept(path):
+    """An output of several that a job does not make again if it is there and current."""
+    return update(path) if os.path.exists(path) else path
+
+
+def some(names, most=8):
+    """Names for a message."""
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 # ----------------------------------------------------------------------------------- resources
@@ -150,14 +163,14 @@ def largest_deborah(wildcards):
     return De if STUDY.fluid.modes is None else STUDY.deborah_longest_mode(De)
 
 
-def solving(stage):
-    """Resources of what solves flows."""
+def solving(stage, geometries=1):
+    """Resources of what solves flows, of several geometries one after the other."""
     return {
         "mem_mb": lambda wildcards, attempt: resources.megabytes(
             largest_deborah(wildcards), attempt
         ),
         "runtime": lambda wildcards, attempt: resources.minutes(
-            stage, largest_deborah(wildcards), attempt
+            stage, largest_deborah(wildcards), attempt, geometries
         ),
     }
 

@@ -24,7 +24,8 @@ from viscotrain.config.study import Study
 from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.refinement import unknowns_per_element
 from viscotrain.jobs.digests import digest
-from viscotrain.jobs.progress import Point, made_with, outcomes
+from viscotrain.jobs.progress import Point, outcomes
+from viscotrain.jobs.provenance import made_with
 from viscotrain.jobs.resources import train_seconds
 from viscotrain.table.triplets import Triplet
 from viscotrain.words import has_solution
