@@ -31,8 +31,8 @@ from viscotrain.jobs.digests import digest
 
 # ------------------------------------------------------------------------------------ the study
 
-# Work in a job of several geometries: a matter of the machine, so the profile says it.
-JOB_MINUTES = float(config.pop("job_minutes", grouping.MINUTES))
+# Work in a job of several geometries: a matter of the machine, so its profile says it.
+JOB_MINUTES = config.pop("job_minutes", grouping.MINUTES)
 
 try:
     STUDY = parse_study(
@@ -81,7 +81,7 @@ if STUDY.dns.method == "transient":
 else:
     SIMULATIONS = [("dns", geometry_name(*geometry)) for geometry in simulated(STUDY)]
 
-DNS_JOBS = grouping.jobs(STUDY, JOB_MINUTES)
+DNS_JOBS = grouping.jobs(STUDY, float(JOB_MINUTES))
 
 TRAINS = [
     train_name(De, phi, STUDY.trains.feed)
@@ -144,14 +144,16 @@ def closure_train_settings(wildcards):
 
 
 def kept(path):
-    """An output of several that a job does not make again if it is there and current."""
+    """An output that a job does not make again if it is there and current."""
     return update(path) if os.path.exists(path) else path
 
 
-def some(names, most=8):
-    """Names for a message."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+def simulating(names, most=8):
+    """A message that names geometries, only those that are not there if some are."""
+    new = [name for name in names if not os.path.exists(f"{RESULTS}/dns/{name}.nc")]
+    shown = new or names
+    more = f" and {len(shown) - most} more" if len(shown) > most else ""
+    return f"Simulating {', '.join(shown[:most])}{more}"
 
 
 # ----------------------------------------------------------------------------------- resources

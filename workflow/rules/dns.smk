@@ -35,7 +35,7 @@ for number, geometries in enumerate(DNS_JOBS, 1):
         params:
             **given("dns", stages.dns(STUDY, *geometries[0])),
         message:
-            f"Simulating {some(names)}"
+            simulating(names)
         script:
             "../../scripts/dns.py"
 
