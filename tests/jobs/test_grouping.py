@@ -44,6 +44,13 @@ def test_jobs_of_the_same_settings_are_of_the_same_size(minutes):
     assert all(max(found) - min(found) <= 1 for found in sizes.values())
 
 
+def test_a_large_study_has_few_hundred_jobs():
+    axis = (*(1.02 + 0.02 * n for n in range(99)), math.inf)
+    jobs = grouping.jobs(study("config", table={"sp": axis, "sf": axis}))
+    assert sum(map(len, jobs)) > 9_900
+    assert len(jobs) <= 2 * grouping.MOST  # mirror images have other Deborah numbers
+
+
 @pytest.mark.parametrize("size", [1, 3, 1000])
 def test_the_config_may_say_how_many(size):
     jobs = grouping.jobs(study("config", dns={"geometries_per_job": size}), minutes=30.0)

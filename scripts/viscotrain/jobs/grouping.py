@@ -15,6 +15,7 @@ from viscotrain.jobs.resources import flow_seconds
 from viscotrain.table.triplets import Triplet
 
 MINUTES = 0.1  # of work in a job where the profile says nothing
+MOST = 400  # jobs of the same settings: enough for any machine, and Snakemake's time is by the job
 
 
 def jobs(study: Study, minutes: float = MINUTES) -> list[list[Triplet]]:
@@ -29,7 +30,10 @@ def jobs(study: Study, minutes: float = MINUTES) -> list[list[Triplet]]:
         alike.setdefault(deborahs, []).append(geometry)
     found = []
     for deborahs, geometries in alike.items():
-        size = study.dns.geometries_per_job or _filling(study, max(deborahs), minutes)
+        size = study.dns.geometries_per_job
+        if size is None:
+            fewest = math.ceil(len(geometries) / MOST)
+            size = max(fewest, _filling(study, max(deborahs), minutes))
         count = math.ceil(len(geometries) / size)
         # Dealt out like cards: near ones and far ones, pairs and triplets, in every job.
         found += [geometries[first::count] for first in range(count)]
