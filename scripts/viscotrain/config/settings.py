@@ -241,6 +241,13 @@ class OrderSettings(Settings):
     length: float
 
 
+class ConfinementSettings(Settings):
+    """Several diameters: names of their folders, and the length of the channel in D."""
+
+    diameters: tuple[str, ...]
+    length: float
+
+
 class FilmSettings(Settings):
     """What cameras see: the length of a window in D, the time between frames in D/Ubar."""
 

@@ -4,12 +4,14 @@ A fluid that is still to be fitted is left out; see `settings`.
 """
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 from viscotrain.config.geometries import pair_distances, simulated_deborahs
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
     CaseSettings,
+    ConfinementSettings,
     ClosureGapSettings,
     ClosureTrainSettings,
     DesignMapSettings,
@@ -180,6 +182,14 @@ def order(study: Study) -> OrderSettings:
         closure=study.trains.closure,
         confinement=study.confinement,
         length=study.channel.length,
+    )
+
+
+def confinement(studies: Sequence[Study]) -> ConfinementSettings:
+    """The studies of all diameters beside each other."""
+    return ConfinementSettings(
+        diameters=tuple(study.study.rpartition("/")[2] for study in studies),
+        length=studies[0].channel.length,
     )
 
 
