@@ -42,8 +42,10 @@ else:
 
         module:
             name: MODULE
-            snakefile: "Snakefile"
-            config: OWN_CONFIG
+            snakefile:
+                "Snakefile"
+            config:
+                OWN_CONFIG
 
         use rule * from MODULE as MODULE*
 
@@ -53,9 +55,11 @@ else:
     for TARGET, FILES in common_targets(workflow.rules).items():
 
         rule:
-            name: TARGET
+            name:
+                TARGET
             default_target: TARGET == "all"
-            input: FILES
+            input:
+                FILES,
 
 
 onstart:

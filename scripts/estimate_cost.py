@@ -3,19 +3,20 @@
 python scripts/estimate_cost.py --configfile config/paper.yaml --cores 2
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import pandas as pd
 
 from viscotrain.config.study import Study
-from viscotrain.jobs.costs import MEASURED, estimate
+from viscotrain.jobs.costs import MEASURED, of_all
 from viscotrain.jobs.entry import Job, option, run
 
 
-def whole(study: Study) -> Study:
-    """It is about all stages."""
-    return study
+def whole(studies: Sequence[Study]) -> Sequence[Study]:
+    """It is about all stages, of all diameters."""
+    return studies
 
 
 def main(
@@ -24,8 +25,7 @@ def main(
     results: Annotated[Path, option("folder of all runs; results/ unless given")] = Path("results"),
 ):
     """Print the estimate."""
-    study = job.settings
-    print(estimate(study, results / study.study, max(1, cores), pd.read_csv(MEASURED)))
+    print(of_all(job.settings, results, max(1, cores), pd.read_csv(MEASURED)))
 
 
 run(main, settings=whole)

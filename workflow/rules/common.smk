@@ -160,7 +160,9 @@ def common_targets(rules):
         if target != name and target not in own and not named[name].has_wildcards():
             files = named[name].output or named[name].input
             found.setdefault(target, []).extend(files)
-    return found | {"all": [file for name in own for file in named[name].output] + found["all"]}
+    return found | {
+        "all": [file for name in own for file in named[name].output] + found["all"]
+    }
 
 
 # ------------------------------------------------------------------------ what a job is given

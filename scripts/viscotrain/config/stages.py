@@ -11,9 +11,9 @@ from viscotrain.config.geometries import pair_distances, simulated_deborahs
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
     CaseSettings,
-    ConfinementSettings,
     ClosureGapSettings,
     ClosureTrainSettings,
+    ConfinementSettings,
     DesignMapSettings,
     FieldSettings,
     FiguresSettings,

@@ -2,8 +2,8 @@
 
     particle: {diameter: [10.0e-6, 20.0e-6]}
 
-makes the studies `<study>/beta0.1` and `<study>/beta0.2`, named by d/D, whose results are in folders
-of these names. Each is a study like any other: its recorded config is that of one diameter.
+makes the studies `<study>/beta0.1` and `<study>/beta0.2`, named by d/D, with results in folders of
+these names. Each is a study like any other: its recorded config is that of one diameter.
 """
 
 import itertools
@@ -84,7 +84,7 @@ def _of_one(data: Mapping, diameter: Any) -> dict:
         beta = diameter / data["channel"]["diameter"]
         fractions = data["design_map"]["volume_fraction"]
         fitting = [phi for phi in fractions if mean_spacing(beta, phi) >= CLOSEST_MAP_SPACING]
-    except (KeyError, TypeError, ZeroDivisionError):  # none are given, or wrong
+    except (KeyError, TypeError, ArithmeticError):  # none are given, or wrong
         return own
     return own | {"design_map": data["design_map"] | {"volume_fraction": fitting or fractions}}
 

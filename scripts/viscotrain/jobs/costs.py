@@ -249,9 +249,7 @@ def basis_of(study: Study, own: pd.DataFrame) -> str:
 
 def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) -> str:
     """The whole estimate as text."""
-    work = work_of(study, results)
-    own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
-    cost = cost_of(study, work, own, measured)
+    work, own, cost = _counted(study, results, measured)
     simulated_points = sum(map(len, work.flows.values()))
     left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
     table = sum(len({*study.geometries, *wanted(study, De)}) for De in study.deborah.values)
@@ -269,12 +267,47 @@ def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) ->
         f"  simulations  {_duration(cost.flows)} CPU{each}",
         f"  trains       {_duration(cost.trains)} CPU",
         f"  the rest     {_duration(cost.rest)} CPU: start of jobs, design map, movies, figures",
-        f"  expected     {cost.together / 3600:.2f} core-hours, "
-        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}",
+        _expected(cost, cores),
     ]
     if left:
         lines.append(f"  rests on     {basis_of(study, own)}")
     return "\n".join(lines)
+
+
+def _counted(
+    study: Study, results: Path, measured: pd.DataFrame
+) -> tuple[Work, pd.DataFrame, Cost]:
+    """What there is to do, times of the study's own geometries, and what is left to pay."""
+    work = work_of(study, results)
+    own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
+    return work, own, cost_of(study, work, own, measured)
+
+
+def of_all(studies: Sequence[Study], results: Path, cores: int, measured: pd.DataFrame) -> str:
+    """The estimate of each study of a config as text, and of several what they cost together.
+
+    Args:
+        studies: One for each diameter.
+        results: Folder of all runs.
+        cores: That Snakemake is given.
+        measured: Times.
+    """
+    texts = [estimate(study, results / study.study, cores, measured) for study in studies]
+    if len(studies) == 1:
+        return texts[0]
+    costs = [_counted(study, results / study.study, measured)[-1] for study in studies]
+    whole = Cost(
+        *(sum(getattr(cost, name) for cost in costs) for name in ("flows", "trains", "rest")),
+        longest=max(cost.longest for cost in costs),
+    )
+    return "\n".join([*texts, f"all of them\n{_expected(whole, cores)}"])
+
+
+def _expected(cost: Cost, cores: int) -> str:
+    return (
+        f"  expected     {cost.together / 3600:.2f} core-hours, "
+        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}"
+    )
 
 
 def _duration(seconds: float) -> str:

@@ -57,7 +57,7 @@ def compare(tables: Sequence[VelocityTable], orders: Sequence[xr.Dataset]) -> xr
 
 
 def _velocities(tables: Sequence[VelocityTable]):
-    """xi where all tables hold pairs, U and errors, shapes (deborah, diameter, xi)."""
+    """Xi where all tables hold pairs, U and errors, shapes (deborah, diameter, xi)."""
     reach = [_reach(table) for table in tables]
     xi = np.geomspace(max(low for low, _ in reach), min(high for _, high in reach), DISTANCES)
     values = [_of_table(table, xi) for table in tables]

@@ -1,4 +1,4 @@
-r"""How relative velocities of pairs depend on the confinement: one curve, scaled by a power of beta.
+r"""Relative velocities of pairs at several confinements: one curve, scaled by a power of beta.
 
 Dilute spheres of one channel and different diameters are said to have relative velocities U, in
 Ubar, that fall on one curve,
@@ -62,7 +62,7 @@ class Collapse(NamedTuple):
 
 
 def exponent(confinement: ArrayLike, velocity: ArrayLike, error: ArrayLike) -> Power:
-    """n at each distance.
+    """The power n at each distance.
 
     Args:
         confinement: beta, shape (diameter,), at least two.
