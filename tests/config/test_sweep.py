@@ -157,5 +157,5 @@ def test_no_diameters_are_worse_than_a_config_error(value):
 def test_the_shipped_study_has_four_diameters():
     studies = load_studies(CONFIG / "confinement.yaml")
     assert [study.study for study in studies] == [f"confinement/beta0.{n}" for n in (1, 2, 3, 4)]
-    with pytest.raises(ConfigError, match="particle.diameter: found"):
+    with pytest.raises(ConfigError, match=r"particle\.diameter: found"):
         load_study(CONFIG / "confinement.yaml")

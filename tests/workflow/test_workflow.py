@@ -11,7 +11,7 @@ import shutil
 import pytest
 import xarray as xr
 import yaml
-from harness import CONFIG, DNS_JOB, SMALL, Project, output, written
+from harness import CONFIG, DNS_JOB, JOB_COUNT, SMALL, Project, output, written
 
 from viscotrain.config.geometries import pair_distances
 from viscotrain.config.reading import load_study
@@ -38,7 +38,9 @@ AFTER_DNS = {
 # ------------------------------------------------------------------------------------------ plans
 
 
-COMPUTED = sorted({path.name for path in CONFIG.glob("*.yaml")} - {"study_trains.yaml"})
+COMPUTED = sorted(
+    {path.name for path in CONFIG.glob("*.yaml")} - {"study_trains.yaml", "confinement.yaml"}
+)
 
 
 def test_trains_of_the_study_need_no_simulation(planned):
@@ -521,3 +523,80 @@ def test_the_same_geometry_gives_the_same_bytes(finished):
     assert again.returncode == 0, again.stderr
     job = finished.folder / "results" / "small" / "dns" / "sp1.5_sf1.5.nc"
     assert (finished.folder / "again.nc").read_bytes() == job.read_bytes()
+
+
+# ----------------------------------------------------------------------------- several diameters
+
+SWEPT = SMALL | {"study": "swept", "particle": {"diameter": [10e-6, 20e-6]}}
+OF_ONE = {"beta0_1_", "beta0_2_"}
+
+
+def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
+    alone, geometries = project.plan("--configfile", project.configured(SMALL))
+    done = project.snakemake("--dry-run", "--configfile", project.configured(SWEPT))
+    counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
+    own = {"confinement": 1, "study_config": 1, "all": 1}
+    total = counts.pop("total")
+    for prefix in OF_ONE:
+        jobs = {n.removeprefix(prefix): k for n, k in counts.items() if n.startswith(prefix)}
+        jobs["dns"] += jobs.pop("dns_single_sphere")
+        assert jobs == {name: count for name, count in alone.items() if name != "all"}
+    assert {n: k for n, k in counts.items() if not n.startswith(tuple(OF_ONE))} == own
+    assert total == 2 * (sum(alone.values()) - 1) + 3
+
+
+@pytest.mark.parametrize(
+    ("target", "own"),
+    [("order", {"order"}), ("verification", {"verification"}), ("units", {"units"})],
+)
+def test_what_is_asked_for_by_name_is_made_of_every_diameter(target, own, project):
+    config = project.configured(SWEPT)
+    done = project.snakemake("--dry-run", "--configfile", config, "--", target)
+    counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
+    name = "verification_report" if target == "verification" else target
+    assert all(counts[prefix + name] == 1 for prefix in OF_ONE)
+    assert {rule for rule in counts if not rule.startswith(tuple(OF_ONE))} == own | {"total"}
+
+
+def test_a_list_of_diameters_that_is_wrong_stops_before_any_job(project):
+    wrong = SWEPT | {"particle": {"diameter": [20e-6, 10e-6]}, "dns": {"tolerence": 1e-7}}
+    done = project.snakemake("--cores", "1", "--configfile", project.configured(wrong))
+    text = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert re.search(r"2 problems\n +particle\.diameter\[1\]: .*\n +dns\.tolerence: ", text)
+    assert "Job stats" not in text
+
+
+def test_a_fluid_that_is_fitted_is_fitted_for_every_diameter(project):
+    fitted(project)
+    study = SWEPT | {"fluid": {"data": ["data/rheology.csv"]}}
+    done = project.snakemake("--dry-run", "--configfile", project.configured(study))
+    counts = dict(JOB_COUNT.findall(output(done)))
+    assert all(counts[f"{prefix}fluid_fit"] == "1" for prefix in OF_ONE)
+
+
+@pytest.mark.slow
+def test_a_study_of_two_diameters_runs_to_its_end(project):
+    """The smallest mesh; its numbers are those of each diameter alone."""
+    coarse = SWEPT | {"movies": {"deborah": []}}
+    done = project.snakemake("--cores", "2", "--configfile", project.configured(coarse))
+    told = output(done)
+    folder = project.folder / "results/swept"
+    summary = (folder / "summary.txt").read_text(encoding="utf-8")
+    assert summary in told and "2 diameters of study swept" in summary
+    for name in ("confinement", "confinement_order", "confinement_design_map"):
+        assert (folder / f"figures/{name}.png").stat().st_size > 0
+    assert 'href="beta0.1/interactive.html"' in (folder / "interactive.html").read_text()
+    one = folder / "beta0.1"
+    assert (one / "interactive.html").exists() and (one / "summary.txt").exists()
+    again = project.snakemake("--dry-run", "--configfile", "study.yaml")
+    assert "Nothing to be done" in again.stdout + again.stderr
+
+    config = project.configured(yaml.safe_load((one / "config.yaml").read_text()))
+    alone = project.snakemake("--dry-run", "--configfile", config)
+    assert "Nothing to be done" in alone.stdout + alone.stderr  # it is a study of its own
+    dns = "dns/sp1.5_sfinf.nc"
+    other = simulated(project, coarse | {"particle": {"diameter": 10e-6}}, "alone.nc", sp="1.5")
+    assert other.returncode == 0, other.stderr
+    ours, theirs = (xr.load_dataset(path) for path in (one / dns, project.folder / "alone.nc"))
+    assert ours.equals(theirs)

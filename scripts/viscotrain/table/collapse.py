@@ -107,9 +107,9 @@ def collapse(
     xi, U = np.asarray(distance, dtype=float), np.asarray(velocity, dtype=float)
     beta = np.asarray(confinement, dtype=float)
     known = np.isfinite(exponent(beta, U, error).exponent)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         y = np.log(np.abs(U))
-    y = y - y.mean(axis=0)
+        y -= y.mean(axis=0)
     best = range(0)
     for first in range(xi.size):
         for last in range(first + 1, xi.size):
