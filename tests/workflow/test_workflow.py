@@ -532,7 +532,7 @@ OF_ONE = {"beta0_1_", "beta0_2_"}
 
 
 def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
-    alone, geometries = project.plan("--configfile", project.configured(SMALL))
+    alone, _ = project.plan("--configfile", project.configured(SMALL))
     done = project.snakemake("--dry-run", "--configfile", project.configured(SWEPT))
     counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
     own = {"confinement": 1, "study_config": 1, "all": 1}
