@@ -30,7 +30,8 @@ def main(
 ):
     """Compare, draw, sum up and link."""
     own, trains = job.settings, [datasets.read(path) for path in orders]
-    found = confinement.compare([VelocityTable.open(path) for path in tables], trains)
+    velocities = [VelocityTable.open(path) for path in tables]
+    found = confinement.compare(velocities, trains, own.accuracy)
     job.write(found, result, "comparison of diameters")
     devices, of_maps = ([datasets.read(path) for path in paths] for paths in (units, maps))
     lines = confinement.summary(job.study, found, devices, of_maps, own)

@@ -13,10 +13,13 @@ from viscotrain.table.assembly import combine
 from viscotrain.table.interpolation import VelocityTable
 
 BETA = (0.1, 0.2, 0.4)
-POWER = 3.5
+POWER = 3.9
+ACCURACY = 1e-8
 GRID = [1.05, 2.0, np.inf]
 NODES = [1.05, 1.2, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0]
-SETTINGS = ConfinementSettings(diameters=("beta0.1", "beta0.2", "beta0.4"), length=800.0)
+SETTINGS = ConfinementSettings(
+    diameters=("beta0.1", "beta0.2", "beta0.4"), length=800.0, accuracy=ACCURACY
+)
 
 
 def repulsion(s, beta):
@@ -59,7 +62,9 @@ def order(beta):
 
 @pytest.fixture(scope="module")
 def found():
-    return confinement.compare([table(beta) for beta in BETA], [order(beta) for beta in BETA])
+    return confinement.compare(
+        [table(beta) for beta in BETA], [order(beta) for beta in BETA], ACCURACY
+    )
 
 
 def test_the_power_behind_the_tables_is_found(found):
@@ -123,8 +128,9 @@ def test_summary_in_words(found):
     lines = confinement.summary("mine", found, devices(), maps, SETTINGS)
     text = "\n".join(lines)
     assert "3 diameters of study mine" in text
-    assert "De = 0, d/D 0.1 to 0.4: no range in which one power holds" in text
-    assert "De = 1, d/D 0.1 to 0.4: n = 3.50 +- 0.0" in text
+    assert "  De = 1, d/D 0.1 to 0.4\n    n = 3.90 +- 0.0" in text
+    assert "n = 4 within 20 % from 0.02 to 1.1 D, fitted there: 3.90 +- 0.0" in text
+    assert "De = 0" not in text
     assert "results/mine/beta0.2/summary.txt" in text
     rows = list(confinement.rows(found, devices(), maps))
     assert [row["d/D"] for row in rows] == ["0.1", "0.2", "0.4"]

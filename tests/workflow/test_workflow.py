@@ -527,8 +527,8 @@ def test_the_same_geometry_gives_the_same_bytes(finished):
 
 # ----------------------------------------------------------------------------- several diameters
 
-SWEPT = SMALL | {"study": "swept", "particle": {"diameter": [10e-6, 20e-6]}}
-OF_ONE = {"beta0_1_", "beta0_2_"}
+SWEPT = SMALL | {"study": "swept", "particle": {"diameter": [20e-6, 30e-6]}}
+OF_ONE = {"beta0_2_", "beta0_3_"}
 
 
 def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
@@ -559,7 +559,7 @@ def test_what_is_asked_for_by_name_is_made_of_every_diameter(target, own, projec
 
 
 def test_a_list_of_diameters_that_is_wrong_stops_before_any_job(project):
-    wrong = SWEPT | {"particle": {"diameter": [20e-6, 10e-6]}, "dns": {"tolerence": 1e-7}}
+    wrong = SWEPT | {"particle": {"diameter": [30e-6, 20e-6]}, "dns": {"tolerence": 1e-7}}
     done = project.snakemake("--cores", "1", "--configfile", project.configured(wrong))
     text = done.stdout + done.stderr
     assert done.returncode != 0
@@ -586,8 +586,8 @@ def test_a_study_of_two_diameters_runs_to_its_end(project):
     assert summary in told and "2 diameters of study swept" in summary
     for name in ("confinement", "confinement_order", "confinement_design_map"):
         assert (folder / f"figures/{name}.png").stat().st_size > 0
-    assert 'href="beta0.1/interactive.html"' in (folder / "interactive.html").read_text()
-    one = folder / "beta0.1"
+    assert 'href="beta0.3/interactive.html"' in (folder / "interactive.html").read_text()
+    one = folder / "beta0.3"
     assert (one / "interactive.html").exists() and (one / "summary.txt").exists()
     again = project.snakemake("--dry-run", "--configfile", "study.yaml")
     assert "Nothing to be done" in again.stdout + again.stderr
@@ -596,7 +596,7 @@ def test_a_study_of_two_diameters_runs_to_its_end(project):
     alone = project.snakemake("--dry-run", "--configfile", config)
     assert "Nothing to be done" in alone.stdout + alone.stderr  # it is a study of its own
     dns = "dns/sp1.5_sfinf.nc"
-    other = simulated(project, coarse | {"particle": {"diameter": 10e-6}}, "alone.nc", sp="1.5")
+    other = simulated(project, coarse | {"particle": {"diameter": 30e-6}}, "alone.nc", sp="1.5")
     assert other.returncode == 0, other.stderr
     ours, theirs = (xr.load_dataset(path) for path in (one / dns, project.folder / "alone.nc"))
     assert ours.equals(theirs)

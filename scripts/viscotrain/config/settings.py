@@ -242,10 +242,11 @@ class OrderSettings(Settings):
 
 
 class ConfinementSettings(Settings):
-    """Several diameters: names of their folders, and the length of the channel in D."""
+    """Several diameters: names of their folders, length of the channel in D, accuracy in Ubar."""
 
     diameters: tuple[str, ...]
     length: float
+    accuracy: float
 
 
 class FilmSettings(Settings):

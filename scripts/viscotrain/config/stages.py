@@ -190,6 +190,7 @@ def confinement(studies: Sequence[Study]) -> ConfinementSettings:
     return ConfinementSettings(
         diameters=tuple(study.study.rpartition("/")[2] for study in studies),
         length=studies[0].channel.length,
+        accuracy=studies[0].dns.accuracy,
     )
 
 

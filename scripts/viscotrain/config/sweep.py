@@ -77,7 +77,7 @@ def name_of(studies: Sequence[Study]) -> str:
     return studies[0].study if len(studies) == 1 else studies[0].study.rpartition("/")[0]
 
 
-def _of_one(data: Mapping, diameter: Any) -> dict:
+def _of_one(data: dict, diameter: Any) -> dict:
     """The config of one of the diameters, with those conditions of the design map that suit it."""
     own = data | {"particle": data["particle"] | {"diameter": diameter}}
     try:

@@ -69,7 +69,7 @@ def draw_confinement(found: xr.Dataset) -> Drawing:
     for above, below, De in zip(*panels[:, :-1], shown, strict=True):
         _draw_collapse(above, found.sel(deborah=De))
         _draw_power(below, found.sel(deborah=De))
-    _draw_lengths(*panels[:, -1], found.sel(deborah=deborah))
+    _draw_lengths(panels[0, -1], panels[1, -1], found.sel(deborah=deborah))
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=6, columnspacing=1.5)
     return Drawing(figure, _velocities(found))
@@ -92,7 +92,7 @@ def _draw_collapse(axes: Axes, own: xr.Dataset):
 
 
 def _draw_power(axes: Axes, own: xr.Dataset):
-    """The power at each distance, thick where one holds for all distances."""
+    """The power at each distance, thick where velocities go with beta^4."""
     largest = own["largest_confinement"].values
     smallest = float(own["confinement"][0])
     for n, (beta, colour) in enumerate(zip(largest, colours_of(largest.size + 1)[1:], strict=True)):

@@ -297,7 +297,9 @@ def of_all(studies: Sequence[Study], results: Path, cores: int, measured: pd.Dat
         return texts[0]
     costs = [_counted(study, results / study.study, measured)[-1] for study in studies]
     whole = Cost(
-        *(sum(getattr(cost, name) for cost in costs) for name in ("flows", "trains", "rest")),
+        flows=sum(cost.flows for cost in costs),
+        trains=sum(cost.trains for cost in costs),
+        rest=sum(cost.rest for cost in costs),
         longest=max(cost.longest for cost in costs),
     )
     return "\n".join([*texts, f"all of them\n{_expected(whole, cores)}"])

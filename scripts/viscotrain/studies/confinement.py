@@ -15,17 +15,21 @@ from viscotrain.table import collapse
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.trains.variables import described
-from viscotrain.words import CONTACT, NEGLIGIBLE
+from viscotrain.words import CONTACT
 
 DISTANCES = 60  # between surfaces, at which velocities are compared
+NAMED = (0.1, 0.3, 0.6, 1.0)  # about which the summary names, in D
 
 
-def compare(tables: Sequence[VelocityTable], orders: Sequence[xr.Dataset]) -> xr.Dataset:
+def compare(
+    tables: Sequence[VelocityTable], orders: Sequence[xr.Dataset], accuracy: float
+) -> xr.Dataset:
     """All diameters in one dataset.
 
     Args:
         tables: Of velocities, by ascending diameter, at the same Deborah numbers.
         orders: Of `order.orders`, in the same sequence.
+        accuracy: That simulations were asked for, in Ubar: errors are not taken to be smaller.
 
     Returns:
         `relative_velocity` and its `_error` over (deborah, confinement, surface_distance) of
@@ -37,7 +41,7 @@ def compare(tables: Sequence[VelocityTable], orders: Sequence[xr.Dataset]) -> xr
         TableError: A table has holes.
     """
     beta = [table.confinement for table in tables]
-    xi, U, error = _velocities(tables)
+    xi, U, error = _velocities(tables, accuracy)
     found = xr.Dataset(
         {
             "relative_velocity": described(U, ["deborah", "confinement", "surface_distance"], PAIR),
@@ -56,11 +60,11 @@ def compare(tables: Sequence[VelocityTable], orders: Sequence[xr.Dataset]) -> xr
     return found.assign(_powers(found)).assign(_fastest(orders))
 
 
-def _velocities(tables: Sequence[VelocityTable]):
+def _velocities(tables: Sequence[VelocityTable], accuracy: float):
     """Xi where all tables hold pairs, U and errors, shapes (deborah, diameter, xi)."""
     reach = [_reach(table) for table in tables]
     xi = np.geomspace(max(low for low, _ in reach), min(high for _, high in reach), DISTANCES)
-    values = [_of_table(table, xi) for table in tables]
+    values = [_of_table(table, xi, accuracy) for table in tables]
     U, error = (np.stack(parts, axis=1) for parts in zip(*values, strict=True))
     return xi, U, error
 
@@ -72,14 +76,16 @@ def _reach(table: VelocityTable) -> tuple[float, float]:
     return tuple(table.confinement * gaps)
 
 
-def _of_table(table: VelocityTable, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _of_table(
+    table: VelocityTable, xi: np.ndarray, accuracy: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Velocities of pairs and their errors, shape (deborah, xi)."""
     s = CONTACT + xi / table.confinement
     U = np.array([pair_velocity(table.at(De), s) for De in table.deborah])
     errors = table.dataset["pair_error"].transpose("deborah", "pair_distance").values
     nodes = table.dataset["pair_distance"].values
     own = np.array([np.interp(s, nodes, np.nan_to_num(row)) for row in errors])
-    return U, np.hypot(own, NEGLIGIBLE)
+    return U, np.maximum(own, accuracy)
 
 
 def _powers(found: xr.Dataset) -> dict[str, xr.Variable]:
@@ -155,20 +161,34 @@ def summary(
 
 
 def _of_powers(found: xr.Dataset) -> Iterator[str]:
-    yield "relative velocities of pairs, over mean velocity, go with (d/D)^n at a distance of"
-    yield f"surfaces in D; dilute spheres in the literature: n = {collapse.EXPECTED:g}"
-    for De in found["deborah"].values:
+    yield "relative velocities of pairs, over mean velocity, as powers n of d/D at one distance of"
+    yield f"surfaces, +- 95 %; dilute spheres in the literature: n = {collapse.EXPECTED:g}"
+    for De in found["deborah"].values[found["deborah"].values > 0]:
         for beta in found["largest_confinement"].values:
             one = found.sel(deborah=De, largest_confinement=beta)
-            n = float(one["collapse_exponent"])
-            where = f"  De = {De:g}, d/D {float(found['confinement'][0]):g} to {beta:g}:"
-            if math.isnan(n):
-                yield f"{where} no range in which one power holds"
-                continue
-            yield (
-                f"{where} n = {n:.2f} +- {float(one['collapse_exponent_halfwidth']):.2f} from "
-                f"{float(one['collapse_nearest']):.2g} to {float(one['collapse_farthest']):.2g} D"
-            )
+            yield f"  De = {De:g}, d/D {float(found['confinement'][0]):g} to {beta:g}"
+            named = [one.sel(surface_distance=xi, method="nearest") for xi in NAMED]
+            words = [
+                f"{_power(at, 'exponent')} at {float(at.surface_distance):.2g} D" for at in named
+            ]
+            yield f"    n = {', '.join(words)}"
+            yield f"    {_range(one)}"
+
+
+def _power(one: xr.Dataset, name: str) -> str:
+    """A power with its error; a dash where velocities have none."""
+    n, halfwidth = float(one[name]), float(one[f"{name}_halfwidth"])
+    return "-" if math.isnan(n) else f"{n:.2f} +- {halfwidth:.2f}"
+
+
+def _range(one: xr.Dataset) -> str:
+    low, high = float(one["collapse_nearest"]), float(one["collapse_farthest"])
+    what = f"n = {collapse.EXPECTED:g} within {100 * collapse.AGREEMENT:g} %"
+    if math.isnan(low):
+        return f"{what} nowhere"
+    return (
+        f"{what} from {low:.2g} to {high:.2g} D, fitted there: {_power(one, 'collapse_exponent')}"
+    )
 
 
 def rows(
@@ -218,7 +238,7 @@ def _of_diameters(
 PAIR = "velocity of the leading minus the trailing sphere of a pair over mean velocity"
 POWER = "power n of beta with which relative velocities of pairs go, up to the largest beta"
 HALFWIDTH = "halfwidth of its interval of 95 % confidence"
-RANGE = "at which velocities scaled with the one power agree within 10 %, over channel diameter"
+RANGE = "where velocities scaled with beta^4 agree within 20 %, over channel diameter"
 LENGTH = "ordering length of the spacing that orders fastest, over channel diameter"
 SPACING = "that spacing, centre to centre over sphere diameter"
 FRACTION = "volume fraction of that spacing"

@@ -15,9 +15,9 @@ with the standard error of the scatter about the straight line, times Student's 
 freedom less than there are diameters, or that of the errors of U, times the normal quantile,
 whichever is larger: 95 %. Two diameters have no scatter.
 
-**Range of validity.** That of neighbouring xi over which one power holds: with n the mean over the
-range, all |U| beta^-n differ from their geometric mean at the same xi by less than `AGREEMENT`. The
-longest in log xi counts. A xi where U changes its sign, or is not five times its error for each
+**Range of validity.** That of neighbouring xi over which velocities collapse with n = 4: all
+|U| beta^-4 differ from their geometric mean at the same xi by less than `AGREEMENT`. The longest in
+log xi counts. A xi where U changes its sign, or is not `SIGNIFICANT` times its error for each
 diameter, has no n and ends a range.
 """
 
@@ -29,7 +29,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 EXPECTED = 4.0
-AGREEMENT = 0.1  # of a scaled velocity with the mean of all diameters: 10 %
+AGREEMENT = 0.2  # of a scaled velocity with the mean of all diameters: 20 %
 SIGNIFICANT = 5.0  # times its error, at least, is a velocity whose logarithm is fitted
 CONFIDENCE = 0.95
 
@@ -47,10 +47,10 @@ class Power(NamedTuple):
 
 
 class Collapse(NamedTuple):
-    """The range in which one power holds.
+    """The range in which velocities scaled with beta^4 lie on one curve.
 
     Attributes:
-        power: Of all distances in it together, numbers; NaN where there is no range.
+        power: Fitted to all of it together, numbers; NaN where there is no range.
         nearest, farthest: xi at its ends, in D.
         inside: Whether a distance is in it, shape (n,).
     """
@@ -96,7 +96,7 @@ def _slope(confinement: ArrayLike, y: NDArray, error: NDArray) -> Power:
 def collapse(
     confinement: ArrayLike, distance: ArrayLike, velocity: ArrayLike, error: ArrayLike
 ) -> Collapse:
-    """The longest range of distances in which one power holds.
+    """The longest range of distances in which velocities go with beta^4, and the power in it.
 
     Args:
         confinement: beta, shape (diameter,).
@@ -104,34 +104,25 @@ def collapse(
         velocity: U in Ubar, shape (diameter, n).
         error: Of it, of the same shape or one that broadcasts.
     """
-    xi, U = np.asarray(distance, dtype=float), np.asarray(velocity, dtype=float)
-    beta = np.asarray(confinement, dtype=float)
-    known = np.isfinite(exponent(beta, U, error).exponent)
+    xi, beta = np.asarray(distance, dtype=float), np.asarray(confinement, dtype=float)
+    U = np.abs(np.asarray(velocity, dtype=float))
     with np.errstate(divide="ignore", invalid="ignore"):
-        y = np.log(np.abs(U))
-        y -= y.mean(axis=0)
-    best = range(0)
-    for first in range(xi.size):
-        for last in range(first + 1, xi.size):
-            if not known[first : last + 1].all() or _scatter(beta, y[:, first : last + 1]) > (
-                np.log1p(AGREEMENT)
-            ):
-                break
-            if not best or xi[last] / xi[first] > xi[best[-1]] / xi[best[0]]:
-                best = range(first, last + 1)
+        y = np.log(U)
+        scaled = y - EXPECTED * np.log(beta)[:, None]
+        agree = np.abs(scaled - scaled.mean(axis=0)).max(axis=0) <= np.log1p(AGREEMENT)
+    agree &= np.isfinite(exponent(beta, velocity, error).exponent)
+    if not agree.any():
+        none = np.array(np.nan)
+        return Collapse(Power(none, none), np.nan, np.nan, agree)
+    best = max(_runs(agree), key=lambda run: xi[run[-1]] / xi[run[0]])
     inside = np.isin(np.arange(xi.size), best)
-    if not best:
-        return Collapse(Power(np.array(np.nan), np.array(np.nan)), np.nan, np.nan, inside)
-    share = np.broadcast_to(np.asarray(error, dtype=float), U.shape)[:, inside] / np.abs(
-        U[:, inside]
-    )
+    share = np.broadcast_to(np.asarray(error, dtype=float), U.shape)[:, inside] / U[:, inside]
     # errors of one diameter at different distances may be the same, so they are not averaged down
     power = _slope(beta, y[:, inside].mean(axis=1), np.sqrt((share**2).mean(axis=1)))
     return Collapse(power, float(xi[best[0]]), float(xi[best[-1]]), inside)
 
 
-def _scatter(confinement: NDArray, y: NDArray) -> float:
-    """Largest |log| of scaled velocities about their mean, with the power that all of y have."""
-    x = np.log(confinement) - np.log(confinement).mean()
-    n = (x @ y.mean(axis=1)) / (x @ x)
-    return float(np.abs(y - n * x[:, None]).max())
+def _runs(mask: NDArray) -> list[NDArray]:
+    """Indices of neighbours that are true, a group for each run."""
+    where = np.flatnonzero(mask)
+    return [run for run in np.split(where, np.flatnonzero(np.diff(where) > 1) + 1) if run.size]
