@@ -22,8 +22,8 @@ from viscotrain.jobs.costs import (
     cost_of,
     estimate,
     flow_seconds,
-    own_costs,
     of_all,
+    own_costs,
     train_seconds,
     work_of,
 )
