@@ -29,6 +29,7 @@ def found():
     return xr.Dataset(
         {
             "relative_velocity": (("deborah", "confinement", "surface_distance"), U),
+            "relative_velocity_error": (("deborah", "confinement", "surface_distance"), 0 * U),
             "exponent": ((*largest, "surface_distance"), np.full((3, 2, 3), 3.9)),
             "collapse_exponent": (largest, full),
             "collapse_nearest": (largest, np.full((3, 2), 0.3)),
@@ -97,7 +98,10 @@ def test_scaled_velocities_of_all_diameters_lie_on_one_curve():
         assert [curve.get_label() for curve in curves] == [f"$d/D$ = {beta:g}" for beta in BETA]
         for curve in curves:
             np.testing.assert_allclose(curve.get_xdata(), XI)
-            np.testing.assert_allclose(curve.get_ydata(), 100 * factor * CURVE)
+            np.testing.assert_allclose(curve.get_ydata(), factor * np.array([np.nan, 2, 1]))
+        dotted = [line for line in axes.lines if line.get_linestyle() == ":"]
+        assert len(dotted) == 3
+        np.testing.assert_allclose(dotted[0].get_ydata(), factor * np.array([1, np.nan, np.nan]))
     one = data[(data["deborah"] == 5) & (data["confinement"] == 0.2)]
     np.testing.assert_allclose(one["relative_velocity_Ubar"], 0.2**4 * CURVE)
     np.testing.assert_allclose(one["scaled_velocity_Ubar"], CURVE)

@@ -17,20 +17,22 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from viscotrain.drawing.design_figures import AXES
 from viscotrain.drawing.style import (
-    GREY,
     MARKERS,
     PAGE,
     VERMILLION,
     Drawing,
     colours_of,
+    deborah_colour,
     styled,
 )
-from viscotrain.table.collapse import EXPECTED
+from viscotrain.table.collapse import EXPECTED, SIGNIFICANT
 from viscotrain.trains.design_map import ERRORS
 
 COLUMNS = 3  # of panels, at most
 DASHES = ("-", "--", ":", "-.")
 POWERS = (0.0, 6.0)  # that are drawn
+LEAST = 0.01  # of the largest scaled velocity, that is drawn
+TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)  # %
 
 
 def draw_all(
@@ -76,18 +78,22 @@ def draw_confinement(found: xr.Dataset) -> Drawing:
 
 
 def _draw_collapse(axes: Axes, own: xr.Dataset):
-    """Scaled velocities of one Deborah number."""
-    beta = own["confinement"].values
-    scaled = 100 * own["relative_velocity"] / own["confinement"] ** EXPECTED
+    """Scaled velocities of one Deborah number: repulsion and, dotted, attraction."""
+    beta, xi = own["confinement"].values, own["surface_distance"]
+    known = np.abs(own["relative_velocity"]) > SIGNIFICANT * own["relative_velocity_error"]
+    scaled = (own["relative_velocity"] / own["confinement"] ** EXPECTED).where(known)
     for n, colour in enumerate(colours_of(beta.size)):
-        line = scaled.isel(confinement=n)
-        style = {"marker": MARKERS[n % len(MARKERS)], "ms": 3, "markevery": (2 * n, 9)}
-        axes.plot(
-            own["surface_distance"], line, color=colour, label=f"$d/D$ = {beta[n]:g}", **style
+        line, style = (
+            scaled.isel(confinement=n),
+            {"color": colour, "ms": 3, "markevery": (2 * n, 9)},
         )
-    axes.axhline(0, color=GREY, lw=0.6)
-    axes.set_title(f"De = {float(own['deborah']):g}", loc="left")
-    axes.set_ylabel(r"velocity of a pair, $U/\beta^4$ [0.01 $\bar{U}$]")
+        marker = MARKERS[n % len(MARKERS)]
+        name = f"$d/D$ = {beta[n]:g}"
+        axes.plot(xi, line.where(line > 0), marker=marker, label=name, **style)
+        axes.plot(xi, -line.where(line < 0), ls=":", **style)
+    axes.set_title(f"De = {float(own['deborah']):g} (dotted: attraction)", loc="left")
+    axes.set(yscale="log", ylim=(LEAST * float(scaled.max()), 2 * float(np.abs(scaled).max())))
+    axes.set_ylabel(r"velocity of a pair, $|U|/\beta^4$ [$\bar{U}$]")
     _distance(axes, own)
 
 
@@ -105,7 +111,7 @@ def _draw_power(axes: Axes, own: xr.Dataset):
         axes.plot(xi, power.where(inside), color=colour, lw=4, alpha=0.4)
     axes.axhline(EXPECTED, color=VERMILLION, lw=0.8)
     axes.set(ylim=POWERS, ylabel=r"fitted power $n$ of $\beta$")
-    axes.legend(loc="lower left")
+    axes.legend(loc="upper left")
     _distance(axes, own)
 
 
@@ -121,7 +127,7 @@ def _draw_lengths(above: Axes, below: Axes, found: xr.Dataset):
     names = "shortest_ordering_length", "shortest_ordering_length_volume_fraction"
     for n, De in enumerate(deborah):
         own, style = found.sel(deborah=De), {"marker": MARKERS[n % len(MARKERS)], "ms": 4}
-        colour = colours_of(deborah.size)[n]
+        colour = deborah_colour(De)
         length = own[names[0]].where(np.isfinite(own[names[0]]))
         above.plot(beta, length, color=colour, label=f"De = {De:g}", **style)
         below.plot(beta, 100 * own[names[1]], color=colour, label=f"De = {De:g}", **style)
@@ -131,7 +137,10 @@ def _draw_lengths(above: Axes, below: Axes, found: xr.Dataset):
         above.plot(beta, guide, color=VERMILLION, lw=0.8, label=r"$\beta^{-4}$")
     above.set(yscale="log", ylabel="shortest ordering length, $l$ [$D$]")
     below.set(yscale="log", ylabel=r"volume fraction of it, $\phi$ [%]")
-    below.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    low, high = below.get_ylim()
+    ticks = [tick for tick in TICKS if low < tick < high]
+    below.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    below.yaxis.set_minor_formatter(NullFormatter())
     for axes in (above, below):
         axes.set(xscale="log", xlabel=r"confinement, $\beta = d/D$")
         axes.set_xticks(beta, [f"{value:g}" for value in beta])
