@@ -12,8 +12,8 @@ droplet that begins at a random time between the first passage and the last but 
 the next bead, or the next but one, comes after its end. This is the exact mean over all phases of
 what counting gives.
 
-**Limits.** An even train at F equal to the rate of beads has P(1) = 1. Beads at random times, m in a
-droplet on average, have P(n) = exp(-m) m^n/n! (Poisson), so P(1) is at most 1/e = 36.8 %.
+**Limits.** An even train at F equal to the rate of beads has P(1) = 1. Beads at random times, m in
+a droplet on average, have P(n) = exp(-m) m^n/n! (Poisson), so P(1) is at most 1/e = 36.8 %.
 
 **Best frequency**: the one with the largest P(1), of `FREQUENCY_RATIO` times the rate of beads.
 **Tolerance**: the range around it in which P(1) stays within `TOLERANCE` of its best.
@@ -129,7 +129,7 @@ def of_passages(time: NDArray, rate: float, asked: float | None) -> dict[str, ND
     ratio = frequency[0] if asked is None else asked
     passing = (time.shape[-1] - 2) / (time[:, -2] - time[:, 0])  # beads that `occupancy` counts
     mean = float(passing.mean() / (ratio * rate))
-    best = int(np.flatnonzero(FREQUENCY_RATIO == frequency[0])[0])
+    best = int(FREQUENCY_RATIO.searchsorted(frequency[0]))
     with_errors = {
         "occupancy_curve": confidence(shares),
         "best_single": confidence(shares[:, 1, best]),
