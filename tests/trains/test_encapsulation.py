@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from synthetic import at_deborah, triplet
 
+from viscotrain.drawing.encapsulation_figure import draw_encapsulation
 from viscotrain.fluid.parameters import Fluid, Mode, mean_spacing
 from viscotrain.fluid.units import physical_units
 from viscotrain.trains import encapsulation
@@ -185,7 +186,7 @@ def test_errors_of_the_frequencies_cover_the_truth(repeats):
 # ------------------------------------------------------------------------------------- the stage
 
 
-def trains_at(deborah, volume_fraction=0.01, stations=(0.0, 20.0, 40.0), repeats=2):
+def trains_at(deborah, volume_fraction=0.01, stations=(0.0, 20.0, 40.0), passages=60):
     result = run_repeats(
         triplet(),
         confinement=d / D,
@@ -193,8 +194,8 @@ def trains_at(deborah, volume_fraction=0.01, stations=(0.0, 20.0, 40.0), repeats
         centreline_velocity=1.67,
         length=40.0,
         stations=stations,
-        passages=60,
-        repeats=repeats,
+        passages=passages,
+        repeats=2,
         seed=1,
     )
     return at_deborah(result, deborah)
@@ -247,6 +248,14 @@ def test_creeping_flow_has_no_frequency_in_hertz():
     text = "\n".join(encapsulation.headline(found))
     assert "droplets per bead; within 5 % of it" in text
     assert "nan" not in text
+
+
+@pytest.mark.parametrize("passages", [1, 2])
+def test_too_few_passages_are_said_to_be_so(passages):
+    found = encapsulation.combine([trains_at(5.0, passages=passages)], [], UNITS)
+    assert np.isnan(found["occupancy"]).all() and np.isnan(found["best_frequency_ratio"]).all()
+    assert encapsulation.headline(found) == ["not counted: fewer than 3 passages"]
+    draw_encapsulation(found)
 
 
 def test_the_headline_is_of_the_best_condition_at_its_end(train):

@@ -21,7 +21,14 @@ import pandas as pd
 import xarray as xr
 
 from viscotrain.fluid.units import MICROLITRES_PER_MINUTE, MILLIMETRES
-from viscotrain.trains.occupancy import EDGES, FREQUENCY_RATIO, RANDOM_BEST, TOLERANCE, of_passages
+from viscotrain.trains.occupancy import (
+    EDGES,
+    FEWEST_PASSAGES,
+    FREQUENCY_RATIO,
+    RANDOM_BEST,
+    TOLERANCE,
+    of_passages,
+)
 from viscotrain.trains.variables import rate_in_words, with_errors
 from viscotrain.words import CONTACT
 
@@ -219,12 +226,15 @@ def best_condition(found: xr.Dataset) -> xr.Dataset:
     last = found["last_station"].values == 1
     single = found["occupancy"].values[:, 1]
     single = np.where(np.isfinite(single), single, found["best_single"].values - 1)
-    return found.isel(condition=int(np.where(last, single, -math.inf).argmax()))
+    single = np.where(last & np.isfinite(single), single, -math.inf)
+    return found.isel(condition=int(single.argmax()))
 
 
 def headline(found: xr.Dataset) -> list[str]:
     """The best condition, and the inverse, in lines of text."""
     own = best_condition(found)
+    if not math.isfinite(own["best_single"]):
+        return [f"not counted: fewer than {FEWEST_PASSAGES} passages"]
     rate = float(own["bead_rate"])
     scale = rate if math.isfinite(rate) else 1.0
 

@@ -31,6 +31,7 @@ from viscotrain.trains.statistics import confidence
 STEP = 0.01  # between frequencies that are tried, relative
 FREQUENCY_RATIO = (1 + STEP) ** np.arange(-140, 141)  # 1/4 to 4, and 1
 TOLERANCE = 0.05  # of the best P(1)
+FEWEST_PASSAGES = 3  # that something can be counted of
 EDGES = ("best", "lowest", "highest")  # frequencies
 RANDOM_BEST = math.exp(-1)  # the largest P(1) of beads at random times
 
@@ -39,13 +40,15 @@ def occupancy(time: NDArray, period: ArrayLike) -> NDArray:
     """Shares of droplets with no, one, and two or more beads, mean over all phases.
 
     Args:
-        time: Of successive passages, ascending, shape (passage,), at least 3.
+        time: Of successive passages, ascending, shape (passage,).
         period: T of the droplets in the same unit, shape (...).
 
     Returns:
-        P(0), P(1), P(2+), shape (3, ...); NaN where the period is.
+        P(0), P(1), P(2+), shape (3, ...); NaN where the period is, or of too few passages.
     """
     T = np.asarray(period, dtype=float)
+    if time.size < FEWEST_PASSAGES:
+        return np.full((3, *T.shape), np.nan)
     first, second = np.diff(time)[:-1], np.diff(time)[1:]
 
     def excess(gaps: NDArray) -> NDArray:
@@ -70,8 +73,10 @@ def edges(single: NDArray) -> NDArray:
         single: P(1), shape (frequency_ratio,).
 
     Returns:
-        Shape (3,), see `EDGES`; NaN where P(1) stays good up to the end.
+        Shape (3,), see `EDGES`; NaN where P(1) stays good up to the end, or is not known.
     """
+    if not np.isfinite(single).all():
+        return np.full(len(EDGES), np.nan)
     best = int(single.argmax())
     level = (1 - TOLERANCE) * single[best]
     low = _crossing(single[best::-1], FREQUENCY_RATIO[best::-1], level)
@@ -125,14 +130,16 @@ def of_passages(time: NDArray, rate: float, asked: float | None) -> dict[str, ND
         occupancy (count), that of Poisson and the mean count at the frequency asked for, or best.
     """
     shares = np.array([occupancy(t, 1 / (FREQUENCY_RATIO * rate)) for t in time])
-    frequency, errors = edges(shares.mean(axis=0)[1]), edges_halfwidth(shares[:, 1])
+    single = shares[:, 1]
+    frequency, errors = edges(single.mean(axis=0)), edges_halfwidth(single)
     ratio = frequency[0] if asked is None else asked
-    passing = (time.shape[-1] - 2) / (time[:, -2] - time[:, 0])  # beads that `occupancy` counts
+    gaps = np.diff(time)[:, :-1]  # in which the droplets of `occupancy` begin
+    with np.errstate(invalid="ignore"):
+        passing = gaps.shape[-1] / gaps.sum(axis=-1)
     mean = float(passing.mean() / (ratio * rate))
-    best = int(FREQUENCY_RATIO.searchsorted(frequency[0]))
     with_errors = {
         "occupancy_curve": confidence(shares),
-        "best_single": confidence(shares[:, 1, best]),
+        "best_single": confidence(single[:, single.mean(axis=0).argmax()]),
         "occupancy": confidence(np.array([occupancy(t, 1 / (ratio * rate)) for t in time])),
     }
     pairs = zip(EDGES, frequency, errors, strict=True)
