@@ -81,6 +81,12 @@ class TrainsConfig(Section):
         default=1000,
         ge=1,
     )
+    measured: str | None = key(
+        "CSV file of measured spacings, relative to the config file, that are compared with those "
+        "of the trains; columns below",
+        default=None,
+        allowed="path",
+    )
 
     @property
     def fractions(self) -> tuple[float, ...]:

@@ -233,6 +233,14 @@ class TrainsSettings(Settings):
     seed: int
 
 
+class MeasuredSettings(Settings):
+    """What measured spacings may be of: stations in D, De and volume fractions of the trains."""
+
+    station: tuple[float, ...]
+    deborah: tuple[float, ...]
+    volume_fraction: tuple[float, ...]
+
+
 class OrderSettings(Settings):
     """Order of equally spaced trains in a channel of some length, in D."""
 

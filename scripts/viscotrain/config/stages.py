@@ -19,6 +19,7 @@ from viscotrain.config.settings import (
     FilmSettings,
     FlowSettings,
     FluidFitSettings,
+    MeasuredSettings,
     MoviesSettings,
     OrderSettings,
     RheologySettings,
@@ -159,6 +160,15 @@ def trains(study: Study) -> TrainsSettings:
         repeats=study.trains.repeats,
         passages=study.trains.passages,
         seed=study.trains.seed,
+    )
+
+
+def measured(study: Study) -> MeasuredSettings:
+    """What measured spacings are compared with."""
+    return MeasuredSettings(
+        station=study.trains.stations,
+        deborah=study.trains.deborah,
+        volume_fraction=study.trains.fractions,
     )
 
 
