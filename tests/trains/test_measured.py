@@ -171,7 +171,7 @@ def test_spacings_are_compared_with_the_trains_they_are_of():
     assert pick([of_all, of_one], 5.0, 0.006) == [of_all]
 
 
-def trains(repeats=30):
+def trains(repeats=12):
     """Spheres that feel each other twenty times as much as they would."""
     result = run_repeats(
         triplet(law=lambda sp, sf: superposed(sp, sf, scale=20)),
@@ -180,7 +180,7 @@ def trains(repeats=30):
         centreline_velocity=SINGLE,
         length=40.0,
         stations=[0.0, 40.0],
-        passages=100,
+        passages=80,
         repeats=repeats,
         seed=1,
     )
@@ -191,13 +191,13 @@ def test_runs_of_a_train_are_seldom_far_from_the_others():
     """P below 0.05 in about one of twenty, though neighbours are not quite independent."""
     own = trains()
     p = []
-    for n in range(30):
-        others = own.isel(repeat=[k for k in range(30) if k != n])
+    for n in range(12):
+        others = own.isel(repeat=[k for k in range(12) if k != n])
         spacing = own["spacing"].values[n]
         seen = rows(0.0, *spacing[0]) + rows(40.0, *spacing[1])
         p.append(measured.compare(others, seen)["ks_p_value"].values)
     assert np.mean(np.array(p) < 0.05) < 0.15
-    assert 0.3 < np.median(p) < 0.8
+    assert 0.25 < np.median(p) < 0.85
 
 
 def test_the_headline_has_a_line_for_each_station_where_something_is_measured():

@@ -64,9 +64,11 @@ def spacing(trains: xr.Dataset) -> Drawing:
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.spines[["top", "right"]].set_visible(False)
     high = data["spacing_density"] + data["spacing_density_halfwidth"].fillna(0.0)
+    highest = float(high.max())
     if others:
-        high = np.append(high, data["measured_density"] + data["measured_density_error"])
-    panels[0].set_ylim(0.0, 1.05 * float(np.nanmax(high)))
+        measured = data["measured_density"] + data["measured_density_error"]
+        highest = np.nanmax([highest, float(measured.max())])
+    panels[0].set_ylim(0.0, 1.05 * highest)
     panels[-1].set_xlabel("distance to the sphere ahead, $s^*$ [$d$]")
     figure.supylabel("probability density [$1/d$]", fontsize=STYLE["axes.labelsize"])
     figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
@@ -114,7 +116,7 @@ def _draw_measured(axes: Axes, station: xr.Dataset):
     some = np.nan_to_num(density) > 0
     half = float(station["measured_bin"].attrs["bin_width"]) / 2
     style = {"color": "black", "ls": "", "marker": "o", "ms": 2.5, "elinewidth": 0.6}
-    axes.errorbar(station["measured_bin"][some], density[some], error[some], half, **style)
+    axes.errorbar(station["measured_bin"].values[some], density[some], error[some], half, **style)
 
 
 def _measures(station: xr.Dataset) -> str:
