@@ -299,4 +299,7 @@ def test_too_many_beads_are_said_to_be_so(train):
     found = encapsulation.combine([train], [], UNITS, bead_rate=1e4)
     assert found["possible"].values.tolist() == [0]
     assert encapsulation.headline(found)[-1].endswith("not possible: closer than contact")
-    assert encapsulation.inverse_table(found)["possible"].tolist() == [False]
+    assert encapsulation.inverse_table(found)["possible"].tolist() == [0]
+    nothing = encapsulation.inverse_table(encapsulation.combine([train], [], UNITS))
+    assert nothing.empty
+    assert list(nothing) == list(encapsulation.inverse_table(found))

@@ -106,7 +106,6 @@ ALL_FIGURES = [
     "order",
     "encapsulation",
 ]
-BEAD_RATE = stages.encapsulation(STUDY).bead_rate  # that is wanted, if any
 
 CHECK = STUDY.verification
 START_UPS = [point_name(point.sp, point.sf, point.deborah) for point in CHECK.transient]
