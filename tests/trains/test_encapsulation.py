@@ -242,9 +242,11 @@ def test_a_frequency_in_hertz(train):
 
 def test_creeping_flow_has_no_frequency_in_hertz():
     train = trains_at(0.0)
-    found = encapsulation.combine([train], [], UNITS, droplet_frequency=150.0)
+    found = encapsulation.combine([train], [], UNITS, droplet_frequency=150.0, bead_rate=150.0)
     assert np.isnan(found["occupancy"]).all()
     assert np.isfinite(found["best_single"]).all()
+    assert encapsulation.inverse_table(found).empty
+    draw_encapsulation(found)
     text = "\n".join(encapsulation.headline(found))
     assert "droplets per bead; within 5 % of it" in text
     assert "nan" not in text

@@ -11,6 +11,7 @@ import contextlib
 import csv
 import difflib
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
@@ -18,6 +19,9 @@ from typing import NamedTuple, NoReturn
 from viscotrain.errors import DataError
 
 MOST_PROBLEMS = 20  # lines of a message
+LONGEST_CELL = 40  # characters of a wrong cell that a message repeats
+LARGEST_FILE = 1_000_000  # bytes; a rheometer writes a hundredth of it
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 
 
 class Column(NamedTuple):
@@ -96,6 +100,10 @@ class CsvFile:
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
         """Number and cells of each line that is no comment and not empty."""
         try:
+            size = self.path.stat().st_size
+            if size > LARGEST_FILE:
+                found, allowed = size / 1e6, LARGEST_FILE / 1e6
+                self._unusable(None, f"found {found:.3g} MB; allowed: at most {allowed:g} MB")
             content = self.path.read_bytes()
         except OSError as error:
             self._unusable(None, f"cannot be read: {error.strerror}")
@@ -107,9 +115,15 @@ class CsvFile:
             self._unusable(number, f"found the byte 0x{byte:02x}; allowed: UTF-8 text")
         for number, line in enumerate(text.splitlines(), start=1):
             if line.strip() and not line.lstrip().startswith("#"):
-                cells = next(csv.reader([line], skipinitialspace=True))
+                cells = self._cells(number, line)
                 if any(cell.strip() for cell in cells):
                     yield number, [cell.strip() for cell in cells]
+
+    def _cells(self, number: int, line: str) -> list[str]:
+        try:
+            return next(csv.reader([line], skipinitialspace=True))
+        except csv.Error as error:
+            self._unusable(number, f"not comma-separated: {error}")
 
     def _check_names(self, number: int, names: list[str]):
         """Names that are known, once each."""
@@ -122,10 +136,10 @@ class CsvFile:
                 near = difflib.get_close_matches(name, self.columns, n=1)
                 known = f"allowed: {', '.join(self.columns)}"
                 hint = f"did you mean {near[0]}?" if near else known
-                self.problem(number, f"unknown column {name!r}; {hint}")
+                self.problem(number, f"unknown column {_shown(name)}; {hint}")
         for name in sorted(set(names)):
             if names.count(name) > 1:
-                self.problem(number, f"column {name!r} found {names.count(name)} times")
+                self.problem(number, f"column {_shown(name)} found {names.count(name)} times")
 
     def _take(self, line: int, cells: dict[str, str]):
         before = len(self.problems)
@@ -134,13 +148,14 @@ class CsvFile:
             self.take(line, numbers)
 
     def _number(self, line: int, name: str, cell: str) -> float:
-        unit, smallest, largest, _ = self.columns[name]
+        unit, smallest, largest, abscissa = self.columns[name]
         value = float(cell) if _is_number(cell) else math.nan
         if not math.isfinite(value):
-            point = f" (write {cell.replace(',', '.')})" if "," in cell else ""
-            self.problem(line, f"{name}: found {cell!r}{point}; allowed: a finite number")
+            point = f" (write {cell.replace(',', '.')})" if DECIMAL_COMMA.fullmatch(cell) else ""
+            self.problem(line, f"{name}: found {_shown(cell)}{point}; allowed: a finite number")
         elif value <= 0 < smallest:
-            self.problem(line, f"{name}: found {value:g}; allowed: above 0")
+            empty = ", or an empty cell below what the rheometer resolves" if abscissa else ""
+            self.problem(line, f"{name}: found {value:g}; allowed: above 0{empty}")
         elif not smallest <= value <= largest:
             allowed = f"{smallest:g} to {largest:g} {unit}. Is the unit {unit}?"
             self.problem(line, f"{name}: found {value:g}; allowed: {allowed}")
@@ -153,6 +168,12 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _shown(cell: str) -> str:
+    """A cell as a message repeats it: not too long, and with no character that moves a cursor."""
+    text = ascii(cell) if not cell.isprintable() else repr(cell)
+    return text if len(text) <= LONGEST_CELL else f"{text[: LONGEST_CELL - 3]}..."
 
 
 class _Unusable(Exception):

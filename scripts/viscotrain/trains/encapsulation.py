@@ -103,8 +103,8 @@ def combine(
         name: (("condition", *dims), np.array([row[name] for row in rows]), _words("1", text))
         for name, (dims, text) in sorted(described.items())
     }
-    rate = [row["bead_rate"] for row in rows]
-    variables["bead_rate"] = ("condition", rate, _words("s-1", "beads that enter in a second"))
+    rate = np.array([row["bead_rate"] for row in rows])
+    variables["bead_rate"] = (("condition",), rate, _words("s-1", "beads that enter in a second"))
     found = xr.Dataset(
         variables,
         coords={
