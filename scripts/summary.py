@@ -1,7 +1,7 @@
 r"""What a run made: points solved, holes, accuracy, trains, where the figures are.
 
 python scripts/summary.py OUTPUT --table TABLE --units UNITS --trains TRAINS... --timing CSV... \
-    --figures PNG... --movies FOLDER... --maps MAP
+    --figures PNG... --movies FOLDER... --maps MAP --spread SPREAD
 """
 
 from collections.abc import Sequence
@@ -19,13 +19,15 @@ def main(
     units: Annotated[Path, taken("physical units of the study, units.nc", named=True)],
     trains: Annotated[Sequence[Path], taken("files of the trains", named=True)] = (),
     timing: Annotated[Sequence[Path], taken("CSV files of the dns stage", named=True)] = (),
+    spread: Annotated[Sequence[Path], taken("spread of a fit", named=True)] = (),
     figures: Annotated[Sequence[Path], taken("PNG files", named=True)] = (),
     movies: Annotated[Sequence[Path], taken("folders of movies", named=True)] = (),
     maps: Annotated[Sequence[Path], taken("design map", named=True)] = (),
 ):
     """Write the summary and print it."""
     lines = overview.of_table(table, timing)
-    lines += [*overview.of_trains(trains, maps, units), *overview.of_pictures(figures, movies)]
+    lines += [*overview.of_trains(trains, maps, units), *overview.of_fits(spread)]
+    lines += overview.of_pictures(figures, movies)
     text = "\n".join(lines)
     summary.write_text(text + "\n", encoding="utf-8")
     print(text)

@@ -23,6 +23,7 @@ from viscotrain.config.reading import (
 from viscotrain.drawing.rheology_figure import rheology
 from viscotrain.errors import ConfigError, DataError, FluidError
 from viscotrain.fluid import fit_report, measurements
+from viscotrain.fluid.fit_parameters import Known
 from viscotrain.fluid.fit_problem import model
 from viscotrain.fluid.fluid_fit import fit
 from viscotrain.fluid.parameters import Fluid, Mode
@@ -155,7 +156,7 @@ def test_known_solvent_is_not_fitted(tmp_path):
         DataError, match=r"(?s)1 mode:\n  solvent_viscosity: .*known fluid\.solvent"
     ):
         fit(data)
-    found = fit(data, solvent_viscosity=0.001).chosen
+    found = fit(data, known=Known(solvent_viscosity=0.001)).chosen
     assert found.names[0] == "modes[0].viscosity"
     assert found.fluid.solvent_viscosity == 0.001
     assert found.fluid.modes[0].viscosity == pytest.approx(0.9, rel=0.05)

@@ -88,6 +88,15 @@ def _ascending(key: str):
     return check
 
 
+def _descending(key: str):
+    def check(config: Readable) -> Iterator[Problem]:
+        for (_, before), (location, value) in itertools.pairwise(config.indexed(key)):
+            if not value < before:
+                yield _conflict(location, value, f"less than the value before it, {shown(before)}")
+
+    return check
+
+
 def _unrepeated(key: str):
     def check(config: Readable) -> Iterator[Problem]:
         seen = set()
@@ -164,6 +173,15 @@ def _fluid_is_written_or_fitted(config: Readable) -> Iterator[Problem]:
         yield Problem(("fluid", "data"), "found with fluid.modes; allowed: one of the two")
     if "data" not in given and fluid.get("fit"):
         yield Problem(("fluid", "fit"), "found without fluid.data; allowed: with it only")
+
+
+def _known_modes_are_fitted(config: Readable) -> Iterator[Problem]:
+    """Known numbers are of modes that there are, and modes are in the order of their times."""
+    count = config.value("fluid.fit.modes")
+    for name in ("relaxation_times", "mobilities"):
+        for location, value in config.indexed(f"fluid.fit.{name}"):
+            if count is not None and location[-1] >= count:
+                yield _conflict(location, value, f"at most {count} in the list, fluid.fit.modes")
 
 
 def _deborah_needs_modes(config: Readable) -> Iterator[Problem]:
@@ -277,6 +295,8 @@ def _view_in_channel(config: Readable) -> Iterator[Problem]:
 _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _fluid_is_written_or_fitted,
     _unrepeated("fluid.data"),
+    _known_modes_are_fitted,
+    _descending("fluid.fit.relaxation_times"),
     _deborah_needs_modes,
     _sphere_fits_tube,
     _channel_holds_train,

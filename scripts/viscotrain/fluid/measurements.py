@@ -8,6 +8,8 @@ the abscissa of what is there. Lines that begin with # are comments; an empty ce
         loss_modulus    Pa      G''
     shear_rate          1/s     abscissa, ascending, of
         viscosity       Pa s    steady shear viscosity eta
+        first_normal_stress_difference
+                        Pa      N1 in steady shear
 
 One message lists what is wrong in all files, with file and line.
 """
@@ -41,6 +43,7 @@ COLUMNS = {
     "loss_modulus": Column("Pa", 1e-6, 1e9, "angular_frequency"),
     "shear_rate": Column("1/s", 1e-6, 1e8),
     "viscosity": Column("Pa s", 1e-5, 1e8, "shear_rate"),
+    "first_normal_stress_difference": Column("Pa", 1e-6, 1e9, "shear_rate"),
 }
 QUANTITIES = tuple(name for name, column in COLUMNS.items() if column.abscissa)
 MOST_PROBLEMS = 20  # lines of a message
@@ -178,7 +181,8 @@ class _File:
             point = f" (write {cell.replace(',', '.')})" if "," in cell else ""
             self._problem(line, f"{name}: found {cell!r}{point}; allowed: a finite number")
         elif value <= 0:
-            self._problem(line, f"{name}: found {value:g}; allowed: above 0")
+            empty = ", or an empty cell below what the rheometer resolves" * (name in QUANTITIES)
+            self._problem(line, f"{name}: found {value:g}; allowed: above 0{empty}")
         elif not smallest <= value <= largest:
             self._problem(
                 line,

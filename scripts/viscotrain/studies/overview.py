@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
+from viscotrain.studies import fit_spread
 from viscotrain.table import attributes, description, points
 from viscotrain.trains import design_map, repeats
 
@@ -45,6 +46,13 @@ def of_trains(trains: Sequence[Path], maps: Sequence[Path], units: Path) -> Iter
     for path in maps:
         yield f"  design map      {path}"
         yield from (f"{'':18}{line}" for line in design_map.headline(xr.load_dataset(path)))
+
+
+def of_fits(spreads: Sequence[Path]) -> Iterator[str]:
+    """What the uncertainty of a fit does."""
+    for path in spreads:
+        yield f"  fitted fluid    {path}"
+        yield from (f"{'':18}{line}" for line in fit_spread.headline(xr.load_dataset(path)))
 
 
 def of_pictures(figures: Sequence[Path], movies: Sequence[Path]) -> list[str]:
