@@ -68,7 +68,7 @@ def helpful(fitted: FluidFit) -> Iterator[str]:
             known[fitted.names.index(name)] = 1 / SURE
             errors = _errors(information + np.outer(known, known))
             if np.all((errors <= limit)[open_ones]):
-                yield f"{text} ({_words(fitted, open_ones, errors)})"
+                yield text
 
 
 def _limits(fitted: FluidFit) -> NDArray:

@@ -24,16 +24,14 @@ from viscotrain.fluid.fit_parameters import with_values
 from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
 from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.wall import wall_shear_rate
+from viscotrain.words import DEBORAH_NUMBERS
 
 SEED = 2026  # of all draws
 MOST_TRIES = 1000  # per draw
 BAR = 1e-5  # of one Pa
 FLOW = {  # variables of a flow: units and meaning
-    "deborah_longest_mode": ("1", "Deborah number of the longest relaxation time"),
-    "deborah_mean_relaxation_time": (
-        "1",
-        "Deborah number of the viscosity-weighted mean relaxation time",
-    ),
+    "deborah_longest_mode": ("1", DEBORAH_NUMBERS["deborah_longest_mode"]),
+    "deborah_mean_relaxation_time": ("1", DEBORAH_NUMBERS["deborah_mean_relaxation_time"]),
     "centreline_velocity": ("1", "velocity on the axis over mean velocity"),
     "pressure_drop": ("bar", "pressure drop along the channel, without spheres"),
     "wall_shear_rate": ("s-1", "shear rate at the wall"),

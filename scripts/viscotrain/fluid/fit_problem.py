@@ -299,7 +299,7 @@ def _out_of_order(fluid: Fluid) -> Iterator[str]:
         if fast.relaxation_time > slow.relaxation_time:
             yield (
                 f"modes[{k + 1}].relaxation_time: {fast.relaxation_time:.3g} s, slower than the "
-                f"mode before it, {slow.relaxation_time:.3g} s, of which fluid.fit knows something"
+                f"mode before it, {slow.relaxation_time:.3g} s, which fluid.fit puts there"
             )
 
 

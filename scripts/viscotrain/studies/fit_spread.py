@@ -20,6 +20,7 @@ from viscotrain.fluid.fit_parameters import values_of
 from viscotrain.fluid.parameters import Fluid
 from viscotrain.fluid.units import MICROLITRES_PER_MINUTE
 from viscotrain.trains.order_between import order_at
+from viscotrain.words import DEBORAH_NUMBERS
 
 SHARE = 0.95  # of the draws between low and high
 ORDER = {
@@ -72,7 +73,7 @@ def spread(
         values,
         coords={
             "draw": ("draw", range(len(fluids)), {"long_name": "drawn fluid; 0: the fitted one"}),
-            "deborah": order["deborah"],
+            "deborah": ("deborah", De, {"long_name": DEBORAH_NUMBERS["deborah"]}),
             "spacing": order["spacing"],
             "parameter": ("parameter", names, {"long_name": "parameter of the fit"}),
         },
