@@ -113,12 +113,7 @@ def test_configs_of_draws_are_studies_at_the_same_flow_rates(found):
         assert drawn.study == f"demo_draw_{number:02d}"
         De = result["deborah_longest_mode"].sel(draw=number).values
         assert drawn.deborah.values == pytest.approx(De, rel=2e-4)  # fluids are rounded
-        times = [
-            fluid.longest_relaxation_time for fluid in (fluids[number], known.fluid.physical())
-        ]
-        assert drawn.trains.deborah[0] / 5 == pytest.approx(times[0] / times[1], rel=2e-4)
+        assert drawn.trains.deborah[0] == pytest.approx(De[2], rel=2e-4)
         mine = drawn.fluid.physical()
         assert mine.solvent_viscosity == pytest.approx(fluids[number].solvent_viscosity, rel=1e-3)
-        assert not math.isclose(
-            mine.solvent_viscosity, HYALURONIC_ACID.solvent_viscosity, rel_tol=0
-        )
+        assert drawn.channel == known.channel

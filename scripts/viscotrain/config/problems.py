@@ -175,13 +175,16 @@ def _fluid_is_written_or_fitted(config: Readable) -> Iterator[Problem]:
         yield Problem(("fluid", "fit"), "found without fluid.data; allowed: with it only")
 
 
-def _known_modes_are_fitted(config: Readable) -> Iterator[Problem]:
-    """Known numbers are of modes that there are, and modes are in the order of their times."""
-    count = config.value("fluid.fit.modes")
-    for name in ("relaxation_times", "mobilities"):
-        for location, value in config.indexed(f"fluid.fit.{name}"):
+def _of_fitted_modes(key: str):
+    """Known numbers are of modes that there are."""
+
+    def check(config: Readable) -> Iterator[Problem]:
+        count = config.value("fluid.fit.modes")
+        for location, value in config.indexed(key):
             if count is not None and location[-1] >= count:
                 yield _conflict(location, value, f"at most {count} in the list, fluid.fit.modes")
+
+    return check
 
 
 def _deborah_needs_modes(config: Readable) -> Iterator[Problem]:
@@ -295,7 +298,8 @@ def _view_in_channel(config: Readable) -> Iterator[Problem]:
 _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _fluid_is_written_or_fitted,
     _unrepeated("fluid.data"),
-    _known_modes_are_fitted,
+    _of_fitted_modes("fluid.fit.relaxation_times"),
+    _of_fitted_modes("fluid.fit.mobilities"),
     _descending("fluid.fit.relaxation_times"),
     _deborah_needs_modes,
     _sphere_fits_tube,
