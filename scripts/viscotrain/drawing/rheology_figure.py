@@ -18,7 +18,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from viscotrain.drawing.style import BLUE, GREY, PAGE, PALE_GREY, VERMILLION, Drawing, styled
+from viscotrain.drawing.style import (
+    BLUE,
+    GREY,
+    PAGE,
+    PALE_GREY,
+    SMALL,
+    VERMILLION,
+    Drawing,
+    deborah_colour,
+    styled,
+)
 from viscotrain.errors import FluidError
 from viscotrain.fluid.fit_problem import model
 from viscotrain.fluid.measurements import COLUMNS
@@ -78,7 +88,7 @@ def rheology(
     shown = [panel for panel in PANELS if set(panel[0]) & set(data["quantity"])]
     figure = Figure(figsize=(PAGE, 3.2), layout="constrained")
     figure.get_layout_engine().set(wspace=0.06)
-    figure.suptitle(_heading(fluid), fontsize=7)
+    figure.suptitle(_heading(fluid), fontsize=SMALL)
     for axes, panel in zip(figure.subplots(1, len(shown)), shown, strict=True):
         quantities, x_label, y_label = panel
         axes.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
@@ -195,10 +205,11 @@ def _leave_room(axes: Axes):
 def _mark_flow(axes: Axes, walls: Mapping[float, float], relaxation_time: float):
     """Shear rates that the flow covers, and the Weissenberg number on the upper axis."""
     for De, rate in walls.items():
-        axes.axvline(rate, color=GREY, lw=0.7, ls=":", zorder=0.5)
+        colour = deborah_colour(De)
+        axes.axvline(rate, color=colour, lw=0.9, ls=":", zorder=0.5)
         place = {"xy": (rate, 0), "xycoords": ("data", "axes fraction")}
         offset = {"xytext": (-1, 3), "textcoords": "offset points"}
-        turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": 5.5, "color": GREY}
+        turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": SMALL, "color": colour}
         axes.annotate(f"De = {De:g}", **place, **offset, **turned)
     if walls:
         low, _ = axes.get_xlim()
