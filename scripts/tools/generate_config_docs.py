@@ -59,8 +59,8 @@ measurement that would help: `docs/fluid.md`.
     fluid: {data: [synthetic_rheology.csv]}
 
 The result is `results/<study>/fluid_fit/fluid.yaml`, with uncertainties, correlations and residuals
-in `fit.nc` beside it. All that is computed afterwards uses it. How far its uncertainty reaches is in
-`results/<study>/fit_spread/`.
+in `fit.nc` beside it. All that is computed afterwards uses it. How far its uncertainty reaches is
+in `results/<study>/fit_spread/`.
 """
 
 

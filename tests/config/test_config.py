@@ -339,7 +339,7 @@ WRONG = {
     ),
     "draws": (
         {"fluid": {"data": ["a.csv"], "fit": {"draws": -1}}},
-        "fluid.fit.draws: found -1; allowed: whole number in [0, 1000]",
+        "fluid.fit.draws: found -1; allowed: whole number in [0, 200]",
     ),
     "De without modes": (
         {"fluid.modes": [], "deborah.values": [0, 5]},

@@ -8,10 +8,12 @@ from rheometer import NOISE, measured
 from synthetic import superposed, triplet
 
 from viscotrain.config import stages
+from viscotrain.config.flow_rates import at_same_flow_rates
 from viscotrain.config.models import FluidConfig
 from viscotrain.config.reading import parse_study, with_fluid
 from viscotrain.fluid import fit_report, measurements
 from viscotrain.fluid.fluid_fit import fit
+from viscotrain.fluid.parameters import Fluid
 from viscotrain.fluid.units import physical_units
 from viscotrain.studies import fit_spread
 from viscotrain.trains import order
@@ -117,3 +119,22 @@ def test_configs_of_draws_are_studies_at_the_same_flow_rates(found):
         mine = drawn.fluid.physical()
         assert mine.solvent_viscosity == pytest.approx(fluids[number].solvent_viscosity, rel=1e-3)
         assert drawn.channel == known.channel
+
+
+def test_a_newtonian_fluid_has_draws_without_elasticity(tmp_path):
+    data = measurements.read(measured(tmp_path, Fluid(0.3), noise=NOISE))
+    result = fit(data, modes=0)
+    dataset = fit_report.dataset(result, {})
+    fluid = FluidConfig.model_validate(fit_report.rounded(result.chosen.fluid))
+    demo = study("config")
+    newtonian = at_same_flow_rates(demo.model_dump(), "newtonian", fluid, 0.0)
+    own = stages.fit_spread(demo).model_copy(
+        update={"fluid": fluid.physical(), "deborah": (0.0,), "draws": 3, "config": newtonian}
+    )
+    fluids = fit_spread.fluids_of(dataset, own)
+    assert len({drawn.solvent_viscosity for drawn in fluids}) == 4
+    at_rest = order.orders(Table(), 0.2, spacing=[3.0]).isel(deborah=[0])
+    spread = fit_spread.spread(fluids, ["solvent_viscosity"], at_rest, own)
+    assert len(list(fit_spread.headline(spread))) == 2  # no De above 0
+    texts = list(fit_spread.configs(fluids, own))
+    assert set(yaml.safe_load(texts[0])["deborah"]["values"]) == {0.0}

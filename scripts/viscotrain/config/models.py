@@ -65,7 +65,7 @@ class FluidFitConfig(Section):
         "reaches; 0 = none",
         default=20,
         ge=0,
-        le=1000,
+        le=200,
     )
 
 

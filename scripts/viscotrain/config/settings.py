@@ -333,7 +333,9 @@ class FitSpreadSettings(RheologySettings):
     config: dict[str, Any]
 
     def relaxation_time(self, fluid: Fluid) -> float:
-        """The one in s that De of the study is defined by."""
+        """The one in s that De of the study is defined by; 1 without modes, where De is 0."""
+        if not fluid.modes:
+            return 1.0
         scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
         share = scaled.mean_relaxation_time if self.mean else 1.0
         return fluid.longest_relaxation_time * share

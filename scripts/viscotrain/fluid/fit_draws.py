@@ -82,17 +82,17 @@ def flow_in_channel(
     """Numbers of `FLOW` of the undisturbed flow; NaN where it is not unique, or slow.
 
     Args:
-        fluid: In physical units, with modes.
+        fluid: In physical units.
         mean_velocity: Ubar in m/s; 0 for De = 0, which has no velocity scale.
         diameter: D in m.
         length: L in D.
     """
     scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
     rate = mean_velocity / diameter
-    De = fluid.longest_relaxation_time * rate
+    De = fluid.longest_relaxation_time * rate if rate > 0 else 0.0
     found = dict.fromkeys(FLOW, math.nan)
     found["deborah_longest_mode"] = De
-    found["deborah_mean_relaxation_time"] = De * scaled.mean_relaxation_time
+    found["deborah_mean_relaxation_time"] = De * scaled.mean_relaxation_time if De > 0 else 0.0
     if De == 0:
         return found
     try:

@@ -7,7 +7,7 @@ known. Numbers that are known of single modes are given by position, the slowest
 import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -126,7 +126,7 @@ def logarithmic(names: Sequence[str]) -> NDArray:
     return np.array([not name.endswith("mobility") for name in names], dtype=bool)
 
 
-def with_values(fluid: Fluid, names: Sequence[str], values: Sequence[float]) -> Fluid:
+def with_values(fluid: Fluid, names: Sequence[str], values: Iterable[float]) -> Fluid:
     """The fluid with other values of the parameters of these names."""
     modes = list(fluid.modes)
     for name, value in zip(names, values, strict=True):

@@ -53,21 +53,23 @@ def spread(
         Dataset over (draw, deborah, spacing) with the variables of `FLOW` and `ORDER`, each with
         `_low` and `_high` without draw, and the drawn values over (draw, parameter).
     """
-    rates = own.shear_rates()
+    rates, longest = own.shear_rates(), own.longest_modes()
     De = order["deborah"].values
     Ubar = np.array([rates.get(float(value), 0.0) * own.channel_diameter for value in De])
     flows = [
         [flow_in_channel(fluid, U, own.channel_diameter, own.channel_length) for U in Ubar]
         for fluid in fluids
     ]
+    nodes = [longest[float(value)] for value in De]
     two, three = ("draw", "deborah"), ("draw", "deborah", "spacing")
-    values = {name: (two, [[flow[name] for flow in row] for row in flows]) for name in FLOW}
-    nodes = [own.longest_modes()[float(value)] for value in De]
+    values: dict[str, tuple] = {
+        name: (two, np.array([[flow[name] for flow in row] for row in flows])) for name in FLOW
+    }
     found = order_at(order, nodes, values["deborah_longest_mode"][1], own.channel_length)
     values |= {name: (three, array) for name, array in found.items()}
     Ubar = np.where(Ubar > 0, Ubar, np.nan)
-    values["mean_velocity"] = (("deborah",), Ubar)
     area = np.pi / 4 * own.channel_diameter**2
+    values["mean_velocity"] = (("deborah",), Ubar)
     values["flow_rate"] = (("deborah",), area * Ubar * MICROLITRES_PER_MINUTE)
     result = xr.Dataset(
         values,
@@ -102,8 +104,8 @@ def _with_range(result: xr.Dataset) -> xr.Dataset:
         "without_order": drawn["ordering_rate"].isnull().all("spacing"),
     }
     for name, of in lost.items():
-        words = {"units": "1", "long_name": f"draws {name.replace('_', ' a known ')}"}
-        result[name] = (of & flows).sum("draw").assign_attrs(words)
+        long_name = f"draws {name.replace('_', ' a known ')}"
+        result[name] = (of & flows).sum("draw").assign_attrs(units="1", long_name=long_name)
     return result
 
 
