@@ -86,7 +86,8 @@ def test_the_fit_of_the_fluid_is_upstream_of_everything(project, planned):
     jobs, geometries = project.plan("--configfile", config)
     assert jobs["fluid_fit"] == jobs["study_figures"] == written["study_figures"] == 1
     assert "fluid_fit" not in written
-    assert set(jobs) == set(written) | {"fluid_fit"}
+    assert set(jobs) == set(written) | {"fluid_fit", "fit_spread"}
+    assert jobs["fit_spread"] == 1
     assert geometries == SIMULATED
     names = ("dns/spinf_sfinf.nc", "dns/field.nc", "transient/sp1.5_sf1.5_De1.nc")
     targets = [f"results/fitted/{name}" for name in (*names, "figures/rheology.png")]
@@ -95,6 +96,17 @@ def test_the_fit_of_the_fluid_is_upstream_of_everything(project, planned):
     awaited = re.findall(r"updated by another job: (.*)$", done.stdout + done.stderr, re.M)
     fluid, fit = (f"results/fitted/fluid_fit/{name}" for name in ("fluid.yaml", "fit.nc"))
     assert sorted(sorted(names.split(", ")) for names in awaited) == [[fit, fluid], *[[fluid]] * 3]
+
+
+@pytest.mark.parametrize(("draws", "jobs_of_spread"), [(0, None), (3, 1)])
+def test_draws_of_the_fit_may_be_left_out(draws, jobs_of_spread, project):
+    config = fitted(project)
+    project.edit(config, "fluid:\n", f"fluid:\n  fit: {{draws: {draws}}}\n")
+    jobs, _ = project.plan("--configfile", config)
+    assert jobs.get("fit_spread") == jobs_of_spread
+    third = "results/fitted/fit_spread/draw_03.yaml"
+    done = project.snakemake("--dry-run", third, "--configfile", config)
+    assert (done.returncode == 0) == (draws == 3), done.stdout + done.stderr
 
 
 def test_a_fitted_fluid_reaches_its_figure(project):

@@ -56,6 +56,13 @@ ENVIRONMENT = "../../envs/viscotrain.yaml"
 # What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.
 FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
 FIT = {"source": f"{RESULTS}/fluid_fit/fit.nc"} if MEASURED else {}
+NUMBER_OF_DRAWS = STUDY.fluid.fit.draws if MEASURED else 0
+SPREAD = [f"{RESULTS}/fit_spread/fit_spread.nc"] if NUMBER_OF_DRAWS else []
+# A given table is of one fluid: draws of it have no simulations to run.
+DRAWS = [
+    f"{RESULTS}/fit_spread/draw_{number:02d}.yaml"
+    for number in range(1, 1 + NUMBER_OF_DRAWS * (GIVEN_TABLE is None))
+]
 
 # --------------------------------------------------------------------------------- constraints
 

@@ -102,6 +102,11 @@ def positive(text: str) -> float:
     return value
 
 
+def number_or_none(text: str) -> float | None:
+    """Conversion to a number, or to None of the word none."""
+    return None if text == "none" else float(text)
+
+
 def folder_for(key: str) -> Source:
     """The folder of what a rule has under a key of its outputs."""
     return made("folder to write to", key=key, convert=folder_of)

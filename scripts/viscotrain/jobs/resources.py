@@ -41,6 +41,7 @@ OTHERS = {
     "interactive": (1.3, 210),
     "summary": (0.9, 220),
     "fluid_fit": (4.0, 220),
+    "fit_spread": (2.0, 230),
 }
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 3000.
