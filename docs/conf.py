@@ -1,0 +1,57 @@
+"""Settings of the site that Sphinx builds from this folder: `python -m sphinx -W docs site`.
+
+It needs no network, to be built or to be read: formulas are MathML, which browsers draw themselves.
+"""
+
+import sys
+from pathlib import Path
+
+from docutils.utils.math.latex2mathml import tex2mathml
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
+
+import viscotrain
+
+project = "viscotrain"
+author = copyright = "The viscotrain developers"
+version = release = viscotrain.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+exclude_patterns = ["study/*.md"]
+nitpicky = False
+html_theme = "furo"
+html_title = f"viscotrain {release}"
+html_show_sourcelink = False
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+
+autodoc_typehints = "description"
+autodoc_member_order = "bysource"
+autodoc_mock_imports = ["ngsolve", "netgen", "pyngcore"]
+
+
+def inline_math(self, node):
+    """A formula in a line of text."""
+    self.body.append(tex2mathml(node.astext(), as_block=False))
+    raise _done()
+
+
+def block_math(self, node):
+    """A formula in a line of its own."""
+    self.body.append(f"<div class='math'>{tex2mathml(node.astext(), as_block=True)}</div>")
+    raise _done()
+
+
+def _done() -> Exception:
+    from docutils.nodes import SkipNode
+
+    return SkipNode()
+
+
+def setup(app):
+    """Draw formulas without a script from elsewhere."""
+    app.add_html_math_renderer("mathml", (inline_math, None), (block_math, None))
+
+
+html_math_renderer = "mathml"
