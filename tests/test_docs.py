@@ -87,7 +87,7 @@ def test_parts_of_a_config_are_valid(page):
 
 
 def is_valid(part: dict) -> bool:
-    """Whether they make the demo's config another one, merged with its sections or in their place."""
+    """Whether the demo's config is valid with them, merged with its sections or in their place."""
     whole = written("config")
     merged = {
         name: whole[name] | section if isinstance(section, dict) and name in whole else section
@@ -110,9 +110,14 @@ def test_blocks_run_and_print_what_the_page_says(page, tmp_path, monkeypatch):
     for block in blocks(page):
         if block.language == "output":
             if printed is not None:
-                assert block.text.strip() == printed.strip(), f"{page}:{block.line}"
+                assert lines(block.text) == lines(printed), f"{page}:{block.line}"
         elif block.language in RUN:
             printed = run(block, names, f"{page}:{block.line}") if block.is_run else None
+
+
+def lines(text: str) -> list[str]:
+    """Without blanks at the ends, which editors drop."""
+    return [line.rstrip() for line in text.strip().splitlines()]
 
 
 def copy(folder: Path) -> Path:
