@@ -6,7 +6,9 @@ It needs no network, to be built or to be read: formulas are MathML, which brows
 import sys
 from pathlib import Path
 
+from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
+from pygments.lexers.special import TextLexer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
@@ -18,7 +20,6 @@ version = release = viscotrain.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["study/*.md"]
-nitpicky = False
 html_theme = "furo"
 html_title = f"viscotrain {release}"
 html_show_sourcelink = False
@@ -34,23 +35,18 @@ autodoc_mock_imports = ["ngsolve", "netgen", "pyngcore"]
 def inline_math(self, node):
     """A formula in a line of text."""
     self.body.append(tex2mathml(node.astext(), as_block=False))
-    raise _done()
+    raise SkipNode
 
 
 def block_math(self, node):
     """A formula in a line of its own."""
     self.body.append(f"<div class='math'>{tex2mathml(node.astext(), as_block=True)}</div>")
-    raise _done()
-
-
-def _done() -> Exception:
-    from docutils.nodes import SkipNode
-
-    return SkipNode()
+    raise SkipNode
 
 
 def setup(app):
-    """Draw formulas without a script from elsewhere."""
+    """Draw formulas without a script from elsewhere; columns of numbers have no highlights."""
+    app.add_lexer("csv", TextLexer)
     app.add_html_math_renderer("mathml", (inline_math, None), (block_math, None))
 
 
