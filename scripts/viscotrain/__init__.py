@@ -49,3 +49,8 @@ def __getattr__(name: str):
     if name in PLACES:
         return getattr(importlib.import_module(f"{__name__}.{PLACES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """What completion offers."""
+    return __all__
