@@ -390,8 +390,8 @@ WRONG = {
         "channel.length: found 3; allowed: at least 4, three mean spacings at volume fraction 0.00",
     ),
     "field not in table": (
-        {"figures.field": {"sp": 1.1, "sf": 1.1, "deborah": 2}},
-        "figures.field.deborah: found 2; allowed: one of deborah.values (0, 1, 5)",
+        {"figures.field": {"sp": 1.1, "sf": 1.1, "deborah": [0, 2]}},
+        "figures.field.deborah[1]: found 2; allowed: one of deborah.values (0, 1, 5)",
     ),
     # movies and design map
     "view longer than the channel": (
@@ -752,10 +752,16 @@ def test_newtonian_study_has_no_other_deborah_than_zero(definition):
 
 
 def test_field_point_is_chosen_or_configured():
-    assert tuple(parse_study(MINIMAL).field_point().model_dump().values()) == (1.1, 1.1, 5)
-    fast = parse_study(changed({"deborah.values": [31, 62], "trains.deborah": [31]}))
-    assert fast.field_point().deborah == 31
-    point = {"sp": 2.5, "sf": 2.0, "deborah": 1.0}
+    assert tuple(parse_study(MINIMAL).field_point()) == (
+        ("sp", 1.1),
+        ("sf", 1.1),
+        ("deborah", (0, 1, 5)),
+    )
+    several = {"deborah.values": [0, 1, 2, 5, 10, 31, 62], "trains.deborah": [31]}
+    assert parse_study(changed(several)).field_point().deborah == (0, 2, 5, 31)
+    fast = parse_study(changed({"deborah.values": [40, 62], "trains.deborah": [40]}))
+    assert fast.field_point().deborah == (40,)
+    point = {"sp": 2.5, "sf": 2.0, "deborah": (1.0, 5.0)}
     assert parse_study(changed({"figures.field": point})).field_point().model_dump() == point
 
 

@@ -64,7 +64,7 @@ use rule study_figures as velocity_figures with:
                     f"{FIGURES}/stress_field.png",
                     caption="../report/stress_field.rst",
                     category="Velocities",
-                    labels={"figure": "mesh and stress", "De": f"{point.deborah:g}"},
+                    labels={"figure": "change of the stress", "De": "several"},
                 )
                 for point in [STUDY.field_point()]
                 if point

@@ -153,19 +153,25 @@ class VerificationConfig(Section):
 
 
 class FieldConfig(Section):
-    """The point of the table whose mesh and stress field are drawn."""
+    """The triplet of the table around which the stress field is drawn."""
 
     sp: Distance = key("distance to the trailing sphere, one of table.sp", symbol="sp", unit="d")
     sf: Distance = key("distance to the leading sphere, one of table.sf", symbol="sf", unit="d")
-    deborah: DeborahNumber = key("Deborah number, one of deborah.values", symbol="De", unit="1")
+    deborah: ListOf[DeborahNumber] = key(
+        "Deborah numbers, drawn under each other",
+        symbol="De",
+        unit="1",
+        min_length=1,
+        rule="each one of deborah.values, ascending",
+    )
 
 
 class FiguresConfig(Section):
     """Choices of the figures."""
 
     field: FieldConfig | None = key(
-        "point of the table whose mesh and stress field are drawn; "
-        "null = the closest triplet at the largest De up to 5",
+        "triplet of the table around which the stress field is drawn; "
+        "null = the closest one at up to four De, evenly chosen, none above 31",
         default=None,
     )
 

@@ -301,6 +301,7 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _member("figures.field.sp", of="table.sp"),
     _member("figures.field.sf", of="table.sf"),
     _member("figures.field.deborah", of="deborah.values"),
+    _ascending("figures.field.deborah"),
     _member("movies.deborah", of="trains.deborah"),
     _unrepeated("movies.deborah"),
     _movies_of_trains,

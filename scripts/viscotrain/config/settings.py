@@ -153,7 +153,7 @@ class FlowSettings(CaseSettings):
 
 
 class FieldSettings(FlowSettings):
-    """The flow around one triplet (sp, sf), in d, at one Deborah number."""
+    """The flow around one triplet (sp, sf), in d."""
 
     sp: float
     sf: float

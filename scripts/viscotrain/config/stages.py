@@ -78,10 +78,10 @@ def dns(study: Study, sp: float, sf: float) -> FlowSettings:
 
 
 def field(study: Study) -> FieldSettings:
-    """The point of the table whose fields are drawn."""
+    """The triplet of the table whose fields are drawn."""
     point = study.field_point()
     assert point is not None  # or no rule asks for it
-    own = flow(study).at([point.deborah])
+    own = flow(study).at(point.deborah)
     return FieldSettings(**dict(own), sp=point.sp, sf=point.sf)
 
 

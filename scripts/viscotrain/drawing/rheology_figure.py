@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from viscotrain.drawing.style import BLUE, GREY, PAGE, VERMILLION, Drawing, styled
+from viscotrain.drawing.style import BLUE, GREY, PAGE, SMALL, VERMILLION, Drawing, styled
 from viscotrain.fluid.fit_problem import model
 from viscotrain.fluid.measurements import COLUMNS
 from viscotrain.fluid.parameters import Fluid
@@ -64,7 +64,7 @@ def rheology(
     data = _data(fluid, measured, list(rates.values()))
     figure = Figure(figsize=(PAGE, 3.2), layout="constrained")
     figure.get_layout_engine().set(wspace=0.06)
-    figure.suptitle(_heading(fluid), fontsize=7)
+    figure.suptitle(_heading(fluid), fontsize=SMALL)
     panels = dict(zip(PANELS, figure.subplots(1, 2), strict=True))
     for title, axes in panels.items():
         x_label, y_label = PANELS[title]
@@ -154,7 +154,7 @@ def _mark_rates(axes: Axes, rates: Mapping[float, float]):
         axes.axvline(rate, color=GREY, lw=0.7, ls=":", zorder=0.5)
         place = {"xy": (rate, 0), "xycoords": ("data", "axes fraction")}
         offset = {"xytext": (-1, 3), "textcoords": "offset points"}
-        turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": 6, "color": GREY}
+        turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": SMALL, "color": GREY}
         axes.annotate(f"De = {De:g}", **place, **offset, **turned)
     if rates:
         axes.plot([], [], color=GREY, lw=0.7, ls=":", label=r"$\bar{U}/D$ of the study")

@@ -1,26 +1,24 @@
 """The figures of trains: distributions of spacings, and spheres along the channel."""
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from viscotrain.drawing.conventions import train_conditions
-from viscotrain.drawing.style import BLUE, COLUMN, GREY, STYLE, VERMILLION, Drawing, styled
-from viscotrain.trains.repeats import moving_frame
+from viscotrain.drawing.conventions import SIGNED, train_conditions
+from viscotrain.drawing.style import BLUE, PAGE, SMALL, STYLE, VERMILLION, Drawing, styled
 from viscotrain.trains.statistics import TOUCHING
 from viscotrain.trains.variables import with_errors
+from viscotrain.words import NEGLIGIBLE
 
-DRAWN_LENGTH = 80.0  # of a train, in d
-WORDS = 2.0  # width of what is written beside a panel, in inches
+OCTAVES = 2  # of distances, drawn below and above that of an equally spaced train
+WIDE_AND_CLOSE = "PuOr_r"
 
 
 SCALARS = ["deborah", "confinement", "volume_fraction", "feed_volume_fraction"]
@@ -47,7 +45,7 @@ def spacing(trains: xr.Dataset) -> Drawing:
     centres = data["spacing_bin"].values
     width = float(data["spacing_bin"].attrs["bin_width"])
     edges = np.append(centres - width / 2, centres[-1] + width / 2)
-    figure = Figure(figsize=(COLUMN + WORDS, 1.2 + 0.8 * len(stations)), layout="constrained")
+    figure = Figure(figsize=(PAGE, 1.2 + 0.8 * len(stations)), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.02, hspace=0.0)
     panels = figure.subplots(len(stations), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     law = float(data["mean_spacing_law"])
@@ -92,7 +90,7 @@ def _draw_distribution(axes: Axes, station: xr.Dataset, edges: NDArray):
     law = station["spacing_density_injected"].values
     axes.stairs(law, edges, color=VERMILLION, lw=0.8, ls=(0, (1, 1)), baseline=None)
     place = {"ha": "left", "va": "top", "transform": axes.transAxes}
-    axes.text(1.02, 1.0, _measures(station), fontsize=6.5, linespacing=1.3, **place)
+    axes.text(1.02, 1.0, _measures(station), fontsize=SMALL, linespacing=1.3, **place)
 
 
 def _measures(station: xr.Dataset) -> str:
@@ -113,58 +111,45 @@ def _measures(station: xr.Dataset) -> str:
 
 @styled
 def train(trains: xr.Dataset) -> Drawing:
-    """Successive spheres against channel position, in a frame that moves with them."""
-    tracks = ["track_time", "track_position"]
-    data = kept(trains, [], tracks).transpose("track_sphere", "track_station", ...)
-    entered = data["track_position"].values[:, 0]
-    data = data.isel(track_sphere=entered > entered[0] - DRAWN_LENGTH)
-    z = data["track_station"].values
-    y = moving_frame(z, data["track_time"].values, float(data["confinement"]))
-    data["track_position"] = data["track_position"].copy(data=y)  # in the frame of those drawn
-    figure = Figure(figsize=(COLUMN, 4.6), layout="constrained")
-    axes = figure.add_subplot()
-    width = _one_diameter(figure, y)
-    start = axes.hlines(y[:, 0], z[0], z[-1], color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
-    entries = [(start, "as entered")]
-    for pieces, colour, label in zip(
-        _pieces(z, y),
-        (BLUE, VERMILLION),
-        ("sphere", f"touching ($s^*$ < {TOUCHING:g})"),
-        strict=True,
-    ):
-        if pieces:
-            axes.add_collection(LineCollection(pieces, colors=colour, linewidths=width))
-            entries.append((Line2D([], [], color=colour, lw=2), label))
-    axes.set(xlim=(z[0], z[-1]), ylim=(y.min() - 2, y.max() + 2))
-    axes.set_xlabel("position along the channel, $z$ [$D$]")
-    axes.set_ylabel("position in the frame of the train [$d$]\n(the flow is upwards)")
-    axes.set_title(train_conditions(data))
-    figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=3)
+    """Distances of successive spheres along the channel, and what became of them since the entry.
+
+    A row is a sphere, in order of passage: left its distance to the sphere ahead over that of an
+    equally spaced train, black where they touch; right the change of this distance.
+    """
+    data = kept(trains, [], ["track_time", "track_position", "mean_spacing_law"])
+    data = data.transpose("track_sphere", "track_station", ...)
+    ahead = -data["track_position"].diff("track_sphere", label="upper")
+    ahead = ahead.assign_coords(track_sphere=np.arange(2, ahead.sizes["track_sphere"] + 2))
+    ahead.attrs = {"long_name": "distance to the sphere ahead over diameter", "units": "1"}
+    data = data.drop_vars(["track_time", "track_position"]).assign(track_spacing=ahead)
+    s, law = ahead.values, float(data["mean_spacing_law"])
+    z, number = data["track_station"].values, data["track_sphere"].values
+    figure = Figure(figsize=(PAGE, 4.0), layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(s < TOUCHING, np.nan, np.log2(np.maximum(s, 1) / law))
+    change = s - s[:, :1]
+    most = max(float(np.abs(change).max()), NEGLIGIBLE)
+    left = _draw_rows(panels[0], z, number, ratio, OCTAVES, WIDE_AND_CLOSE)
+    right = _draw_rows(panels[1], z, number, change, most, SIGNED)
+    panels[0].set_ylabel("sphere, in order of passage")
+    titles = "distance to the sphere ahead", "its change since the entry"
+    for axes, title in zip(panels, titles, strict=True):
+        axes.set_xlabel("position along the channel, $z$ [$D$]")
+        axes.set_title(title, loc="left")
+    panels[0].invert_yaxis()
+    bar = figure.colorbar(left, ax=panels[0], location="bottom", aspect=30, extend="both")
+    ticks = np.arange(-OCTAVES, OCTAVES + 1)
+    bar.set_ticks(ticks, labels=[f"{law * 2.0**n:.2g}" for n in ticks])
+    bar.set_label(f"$s^*$ [$d$]; white: equally spaced, {law:.2f}; black: touching")
+    bar = figure.colorbar(right, ax=panels[1], location="bottom", aspect=30)
+    bar.set_label("change of $s^*$ [$d$]; red: the gap has opened")
+    figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
     return Drawing(figure, data)
 
 
-def _one_diameter(figure: Figure, y: NDArray) -> float:
-    """Width of a line in points that is about as wide as a sphere."""
-    points = 72 * 0.8 * figure.get_figheight() / (y.max() - y.min() + 4)
-    return float(np.clip(points, 0.6, 4.0))
-
-
-def _pieces(z: NDArray, y: NDArray) -> tuple[list[NDArray], list[NDArray]]:
-    """Lines of all spheres from station to station: apart from others, and touching one.
-
-    Args:
-        z: Stations, shape (station,).
-        y: Positions in the moving frame in d, the first sphere ahead, shape (sphere, station).
-    """
-    near = np.abs(np.diff(y, axis=0)) < TOUCHING
-    touches = np.zeros(y.shape, dtype=bool)
-    touches[1:] |= near
-    touches[:-1] |= near
-    alone: list[NDArray] = []
-    touching: list[NDArray] = []
-    for sphere, state in zip(y, touches, strict=True):
-        cuts = [0, *(np.flatnonzero(state[1:] != state[:-1]) + 1), z.size - 1]
-        for start, end in itertools.pairwise(cuts):
-            piece = np.stack([z[start : end + 1], sphere[start : end + 1]], axis=-1)
-            (touching if state[start] else alone).append(piece)
-    return alone, touching
+def _draw_rows(axes: Axes, z: NDArray, number: NDArray, values: NDArray, most: float, cmap: str):
+    """A row for each sphere, colours centred at zero; black where there is no value."""
+    axes.set_facecolor("black")
+    style = {"cmap": cmap, "vmin": -most, "vmax": most, "shading": "nearest", "rasterized": True}
+    return axes.pcolormesh(z, number, np.ma.masked_invalid(values), **style)
