@@ -100,6 +100,17 @@ def is_valid(part: dict) -> bool:
     return False
 
 
+@pytest.mark.parametrize("page", NAMES)
+def test_links_and_pictures_are_there(page):
+    folder = (ROOT / page).parent
+    tokens = MarkdownIt().parse((ROOT / page).read_text(encoding="utf-8"))
+    inside = [child for token in tokens for child in token.children or []]
+    targets = [token.attrGet("href") or token.attrGet("src") for token in inside]
+    files = {target.partition("#")[0] for target in targets if target and "://" not in target}
+    missing = sorted(name for name in files if not (folder / name).exists())
+    assert not missing, f"{page}: no {', '.join(missing)}"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [name for name in NAMES if any(b.is_run for b in blocks(name))])
 def test_blocks_run_and_print_what_the_page_says(page, tmp_path, monkeypatch):
