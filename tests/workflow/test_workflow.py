@@ -27,6 +27,7 @@ AFTER_DNS = {
     "design_points": 1,
     "design_map": 1,
     "order": 1,
+    "encapsulation": 1,
     "velocity_figures": 1,
     "train_figures": 1,
     "interactive": 1,
@@ -311,6 +312,7 @@ def test_other_trains_simulate_no_flow(finished):
     jobs, _ = finished.plan("--configfile", finished.configured(more))
     assert jobs == {
         "trains": 1,
+        "encapsulation": 1,
         "film": 1,
         "movies": 1,
         "study_config": 1,
@@ -348,6 +350,41 @@ def test_trains_of_the_feed_are_named_by_it(finished):
 
 
 @pytest.mark.slow
+def test_measured_spacings_reach_figure_and_summary_and_repeat_no_train(finished):
+    (finished.folder / "seen.csv").write_text("station,spacing\n20,2.5\n20,3.1\n", "utf-8")
+    seen = SMALL | {"trains": SMALL["trains"] | {"measured": "seen.csv"}}
+    config = finished.configured(seen)
+    jobs, _ = finished.plan("--configfile", config)
+    again = {"measured": 1, "train_figures": 1, "study_config": 1, "summary": 1, "all": 1}
+    assert jobs == again
+    done = finished.snakemake("--cores", "2", "--configfile", config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = finished.folder / "results" / "small"
+    assert "at z = 20 D: 2 measured spacings" in (results / "summary.txt").read_text("utf-8")
+    assert float(xr.load_dataset(results / "measured/De1_phi0.01.nc")["ks_distance"][-1]) > 0
+
+    finished.edit("seen.csv", "20,3.1", "7,3.1")
+    done = finished.snakemake("--dry-run", "--configfile", config)
+    assert done.returncode != 0
+    assert "seen.csv, line 3: station: found 7; allowed: " in done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_droplets_are_counted_again_alone(finished):
+    asked = SMALL | {"encapsulation": {"droplet_frequency": 30.0}}
+    config = finished.configured(asked)
+    jobs, _ = finished.plan("--configfile", config)
+    assert jobs == {"encapsulation": 1, "study_config": 1, "summary": 1, "all": 1}
+    done = finished.snakemake("--cores", "2", "--configfile", config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = finished.folder / "results" / "small"
+    words = (results / "summary.txt").read_text(encoding="utf-8")
+    assert "at 30 droplets/s: none, one, two or more in " in words
+    assert "30 beads/s at De = 1, " in words
+    assert (results / "encapsulation" / "feeds.csv").exists()
+
+
+@pytest.mark.slow
 def test_a_tolerance_simulates_every_flow_again(finished):
     stricter = SMALL | {"dns": SMALL["dns"] | {"tolerance": 1e-8}}
     jobs, _ = finished.plan("--configfile", finished.configured(stricter))
@@ -370,7 +407,7 @@ def test_code_of_the_physics_repeats_every_simulation(finished):
 
 
 PHYSICAL = {"units": 1, "study_config": 1, "design_map": 1, "movies": 1, "order": 1}
-PHYSICAL |= {"interactive": 1, "train_figures": 1}
+PHYSICAL |= {"interactive": 1, "train_figures": 1, "encapsulation": 1}
 PHYSICAL |= {"summary": 1, "all": 1}
 
 

@@ -21,6 +21,7 @@ from viscotrain.config.names import (
 from viscotrain.config.reading import (
     data_files,
     fitted_fluid_file,
+    measured_file,
     parse_study,
     read_yaml,
     table_file,
@@ -41,6 +42,7 @@ try:
     )
     MEASURED = data_files(STUDY, workflow.configfiles[-1])
     GIVEN_TABLE = table_file(STUDY, workflow.configfiles[-1])
+    MEASURED_SPACINGS = measured_file(STUDY, workflow.configfiles[-1])
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
@@ -102,6 +104,7 @@ ALL_FIGURES = [
     *[f"stations_{train}" for train in MOVIES],
     *(["spacing_law", "design_map"] if MAP else []),
     "order",
+    "encapsulation",
 ]
 
 CHECK = STUDY.verification

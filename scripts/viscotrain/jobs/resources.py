@@ -34,6 +34,8 @@ OTHERS = {
     "movies": (7.9, 420),
     "design_map": (2.9, 280),
     "order": (2.8, 320),
+    "encapsulation": (4.0, 320),
+    "measured": (2.0, 200),
     "verification_report": (9.4, 360),
     "figures": (6.4, 310),
     "interactive": (1.3, 210),
