@@ -38,6 +38,15 @@ include: "workflow/rules/interactive.smk"
 include: "workflow/rules/verification.smk"
 
 
+# A second each: not worth a place in the queue of a cluster.
+localrules:
+    all,
+    study_config,
+    units,
+    interactive,
+    summary,
+
+
 onstart:
     from snakemake.logging import logger
     from viscotrain.jobs.watch import HolesWatch
