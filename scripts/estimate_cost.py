@@ -1,4 +1,4 @@
-"""What a study will cost: what it consists of, what is done already, CPU and wall time.
+"""What a study will cost: what is done already; jobs, core-hours and memory by stage, wall time.
 
 python scripts/estimate_cost.py --configfile config/paper.yaml --cores 2
 """
@@ -12,6 +12,7 @@ import pandas as pd
 from viscotrain.config.study import Study
 from viscotrain.jobs.costs import MEASURED, of_all
 from viscotrain.jobs.entry import Job, option, run
+from viscotrain.jobs.grouping import MINUTES
 
 
 def whole(studies: Sequence[Study]) -> Sequence[Study]:
@@ -21,11 +22,14 @@ def whole(studies: Sequence[Study]) -> Sequence[Study]:
 
 def main(
     job: Job,
+    job_minutes: Annotated[
+        float, option("work in a job of several geometries, as the profile says; 30 on a cluster")
+    ] = MINUTES,
     cores: Annotated[int, option("that Snakemake will be given; 2 unless given")] = 2,
     results: Annotated[Path, option("folder of all runs; results/ unless given")] = Path("results"),
 ):
     """Print the estimate."""
-    print(of_all(job.settings, results, max(1, cores), pd.read_csv(MEASURED)))
+    print(of_all(job.settings, results, max(1, cores), pd.read_csv(MEASURED), job_minutes))
 
 
 run(main, settings=whole)
