@@ -33,7 +33,7 @@ from viscotrain.config.reading import (
 )
 from viscotrain.drawing.rheology_figure import rheology
 from viscotrain.errors import ConfigError, DataError, FluidError
-from viscotrain.fluid import fit_report, measurements
+from viscotrain.fluid import csv_files, fit_report, measurements
 from viscotrain.fluid.fit_parameters import Known
 from viscotrain.fluid.fit_problem import model
 from viscotrain.fluid.fluid_fit import fit
@@ -509,7 +509,7 @@ def test_a_long_list_of_problems_is_cut(tmp_path):
     with pytest.raises(DataError) as caught:
         measurements.read([tmp_path / "a.csv"])
     lines = str(caught.value).splitlines()
-    assert len(lines) == 2 + measurements.MOST_PROBLEMS
+    assert len(lines) == 2 + csv_files.MOST_PROBLEMS
     assert lines[-1] == "  ... and 30 more"
 
 

@@ -304,3 +304,9 @@ class DnsConfig(Resolution):
     save_fields: bool = key(
         "also write velocity, pressure and stress of every point as VTU", default=False
     )
+    geometries_per_job: int | None = key(
+        "how many geometries a job solves, one after the other; null = as many as are six seconds "
+        "of work by the measured costs, or what the profile says: half an hour on a cluster",
+        default=None,
+        ge=1,
+    )

@@ -238,6 +238,14 @@ class TrainsSettings(Settings):
     seed: int
 
 
+class MeasuredSettings(Settings):
+    """What measured spacings may be of: stations in D, De and volume fractions of the trains."""
+
+    station: tuple[float, ...]
+    deborah: tuple[float, ...]
+    volume_fraction: tuple[float, ...]
+
+
 class OrderSettings(Settings):
     """Order of equally spaced trains in a channel of some length, in D."""
 
@@ -272,6 +280,13 @@ class DesignMapSettings(Settings):
         """With the fluid in its place."""
         scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
         return self.model_copy(update={"dimensionless_fluid": scaled})
+
+
+class EncapsulationSettings(Settings):
+    """Droplets in a second, None for the best; beads that are wanted in a second, None for none."""
+
+    droplet_frequency: float | None
+    bead_rate: float | None
 
 
 class SchematicSettings(Settings):

@@ -13,12 +13,14 @@ from viscotrain.config.settings import (
     ClosureGapSettings,
     ClosureTrainSettings,
     DesignMapSettings,
+    EncapsulationSettings,
     FieldSettings,
     FiguresSettings,
     FilmSettings,
     FitSpreadSettings,
     FlowSettings,
     FluidFitSettings,
+    MeasuredSettings,
     MoviesSettings,
     OrderSettings,
     RheologySettings,
@@ -166,6 +168,15 @@ def trains(study: Study) -> TrainsSettings:
     )
 
 
+def measured(study: Study) -> MeasuredSettings:
+    """What measured spacings are compared with."""
+    return MeasuredSettings(
+        station=study.trains.stations,
+        deborah=study.trains.deborah,
+        volume_fraction=study.trains.fractions,
+    )
+
+
 def design_points(study: Study) -> TrainsSettings:
     """Trains of the design map, recorded evenly from inlet to outlet."""
     length, intervals = study.channel.length, study.design_map.stations - 1
@@ -209,6 +220,13 @@ def design_map(study: Study) -> DesignMapSettings:
         ordered_variation=study.design_map.ordered_variation,
         dimensionless_fluid=_scaled(study),
     )
+
+
+def encapsulation(study: Study) -> EncapsulationSettings:
+    """Beads in droplets."""
+    own = study.encapsulation
+    wanted = own.droplet_frequency if own.bead_rate is None else own.bead_rate
+    return EncapsulationSettings(droplet_frequency=own.droplet_frequency, bead_rate=wanted)
 
 
 def figures(study: Study, name: str = "") -> FiguresSettings:
