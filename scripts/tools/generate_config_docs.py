@@ -52,15 +52,17 @@ and check keys while you type. Units: D is the channel diameter, d the sphere di
 MEASURED_DATA = """
 The files of `fluid.data` are UTF-8 text with comma-separated columns of the names below, in any
 order; ascending in their abscissa. Columns that were not measured may be missing, cells may be
-empty, lines that begin with # are comments. All files together are one fit of `solvent_viscosity`
-(unless it is given), and of viscosity, relaxation time and mobility of each mode, to the logarithms
-of all numbers. Data that cannot determine these are refused, with the reason.
+empty, lines that begin with # are comments. All files together are one fit of `solvent_viscosity`,
+and of viscosity, relaxation time and mobility of each mode (unless they are given), to the
+logarithms of all numbers. Data that cannot determine these are refused, with the reason and the
+measurement that would help: `docs/fluid.md`.
 `synthetic_rheology.csv` shows the form; it was made with this model and 3 % noise, not measured.
 
     fluid: {data: [synthetic_rheology.csv]}
 
 The result is `results/<study>/fluid_fit/fluid.yaml`, with uncertainties, correlations and residuals
-in `fit.nc` beside it. All that is computed afterwards uses it.
+in `fit.nc` beside it. All that is computed afterwards uses it. How far its uncertainty reaches is
+in `results/<study>/fit_spread/`.
 """
 
 

@@ -5,6 +5,7 @@ rule summary:
     input:
         table=TABLE,
         units=UNITS,
+        spread=SPREAD,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
         measured=[
             f"{RESULTS}/measured/{train}.nc" for train in TRAINS if MEASURED_SPACINGS

@@ -7,6 +7,8 @@ A file (`csv_files`) has columns of these names, none required but the abscissa 
         loss_modulus    Pa      G''
     shear_rate          1/s     abscissa, ascending, of
         viscosity       Pa s    steady shear viscosity eta
+        first_normal_stress_difference
+                        Pa      N1 in steady shear
 
 One message lists what is wrong in all files, with file and line.
 """
@@ -25,6 +27,7 @@ COLUMNS = {
     "loss_modulus": Column("Pa", 1e-6, 1e9, "angular_frequency"),
     "shear_rate": Column("1/s", 1e-6, 1e8),
     "viscosity": Column("Pa s", 1e-5, 1e8, "shear_rate"),
+    "first_normal_stress_difference": Column("Pa", 1e-6, 1e9, "shear_rate"),
 }
 QUANTITIES = tuple(name for name, column in COLUMNS.items() if column.abscissa)
 

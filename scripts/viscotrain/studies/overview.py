@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
+from viscotrain.studies import fit_spread
 from viscotrain.table import attributes, description, points
 from viscotrain.trains import design_map, encapsulation, repeats
 from viscotrain.trains.measured import headline as measured_headline
@@ -60,6 +61,13 @@ def of_droplets(path: Path | None) -> Iterator[str]:
     if path is not None:
         yield f"  droplets        {path}"
         yield from (f"{'':18}{line}" for line in encapsulation.headline(xr.load_dataset(path)))
+
+
+def of_fits(spreads: Sequence[Path]) -> Iterator[str]:
+    """What the uncertainty of a fit does."""
+    for path in spreads:
+        yield f"  fitted fluid    {path}"
+        yield from (f"{'':18}{line}" for line in fit_spread.headline(xr.load_dataset(path)))
 
 
 def of_pictures(figures: Sequence[Path], movies: Sequence[Path]) -> list[str]:
