@@ -3,9 +3,12 @@
 import re
 import tomllib
 
+import pytest
 import yaml
 from harness import FINISHED_TABLE, PARTS, ROOT
 from snakemake.cli import get_argument_parser
+
+import viscotrain
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
@@ -16,6 +19,19 @@ def test_conda_environment_has_the_dependencies_of_the_package():
     assert python == f"python{PROJECT['requires-python']}"
     assert pip == "pip"
     assert packages["pip"] == PROJECT["dependencies"]
+
+
+def test_the_version_is_the_same_everywhere():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["version"] == viscotrain.__version__
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = next(line for line in changelog.splitlines() if line.startswith("## "))
+    assert newest == f"## {viscotrain.__version__}"
+
+
+@pytest.mark.parametrize("name", viscotrain.__all__)
+def test_public_names_are_there_and_say_what_they_do(name):
+    assert len(getattr(viscotrain, name).__doc__.partition("\n")[0]) > 10
 
 
 def test_the_container_has_what_the_workflow_needs():

@@ -36,11 +36,15 @@ OTHERS = {
     "movies": (7.9, 420),
     "design_map": (2.9, 280),
     "order": (2.8, 320),
+    "confinement": (4.0, 320),
+    "encapsulation": (4.0, 320),
+    "measured": (2.0, 200),
     "verification_report": (9.4, 360),
     "figures": (6.4, 310),
     "interactive": (1.3, 210),
     "summary": (0.9, 220),
     "fluid_fit": (4.0, 220),
+    "fit_spread": (2.0, 230),
 }
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 3000.
