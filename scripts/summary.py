@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
+from viscotrain import files
 from viscotrain.jobs.entry import Job, Result, run, taken
 from viscotrain.studies import overview
 
@@ -27,7 +28,7 @@ def main(
     lines = overview.of_table(table, timing)
     lines += [*overview.of_trains(trains, maps, units), *overview.of_pictures(figures, movies)]
     text = "\n".join(lines)
-    summary.write_text(text + "\n", encoding="utf-8")
+    files.write_text(text + "\n", summary)
     print(text)
 
 

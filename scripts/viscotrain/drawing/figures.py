@@ -5,6 +5,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from viscotrain import files
 from viscotrain.config.settings import FiguresSettings
 from viscotrain.drawing import rheology_figure, schematic
 from viscotrain.drawing.conventions import with_sphere_rate
@@ -49,8 +50,8 @@ def draw_with(
         return rheology_figure.rheology(fluid, measured, rates)
     if source is None:
         raise FigureError(f"{name} shows a file; found none")
-    physical = xr.load_dataset(units) if units else None
-    return draw(name, xr.load_dataset(source), settings.confinement, physical)
+    physical = files.read_dataset(units) if units else None
+    return draw(name, files.read_dataset(source), settings.confinement, physical)
 
 
 def _on_the_axis(settings: FiguresSettings) -> float:
