@@ -37,8 +37,14 @@ include: "workflow/rules/verification.smk"
 
 onstart:
     from snakemake.logging import logger
+    from viscotrain.errors import RunError
+    from viscotrain.jobs.running import hold
     from viscotrain.jobs.watch import HolesWatch
 
+    try:
+        hold(RESULTS)
+    except RunError as error:
+        raise WorkflowError(str(error)) from None
     logger.addHandler(HolesWatch(STUDY, RESULTS))
 
 

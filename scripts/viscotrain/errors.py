@@ -46,6 +46,10 @@ class SolutionError(ViscotrainError, RuntimeError):
     """A flow that is needed was not solved."""
 
 
+class RunError(ViscotrainError, RuntimeError):
+    """A study cannot be run now."""
+
+
 class FileError(ViscotrainError, OSError):
     """A file cannot be written, or is not what it should be."""
 
