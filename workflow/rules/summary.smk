@@ -5,9 +5,15 @@ rule summary:
     input:
         table=TABLE,
         units=UNITS,
+        spread=SPREAD,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
-        movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
+        measured=[
+            f"{RESULTS}/measured/{train}.nc" for train in TRAINS if MEASURED_SPACINGS
+        ],
+        # folders have no checksum that could tell a copy from a change
+        movies=ancient(expand(f"{RESULTS}/movies/{{train}}", train=MOVIES)),
         maps=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
+        droplets=f"{RESULTS}/encapsulation/encapsulation.nc",
         figures=expand(f"{FIGURES}/{{figure}}.png", figure=ALL_FIGURES),
         timing=[
             f"{RESULTS}/{stage}/timing/{name}.csv"

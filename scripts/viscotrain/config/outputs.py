@@ -60,7 +60,7 @@ class TrainsConfig(Section):
     )
     memory: float = key(
         "coefficient c of memory: pairs move (1 + c M) times as fast as at distances that are held,"
-        " with M the memory number. 0 leaves it out; README, Verification, says what was found for "
+        " with M the memory number. 0 leaves it out; docs/memory.md says what was found for "
         "config/paper.yaml",
         symbol="c",
         default=0.0,
@@ -82,6 +82,12 @@ class TrainsConfig(Section):
         "spheres recorded per repeat, after the statistically steady state is reached",
         default=1000,
         ge=1,
+    )
+    measured: str | None = key(
+        "CSV file of measured spacings, relative to the config file, that are compared with those "
+        "of the trains; columns below",
+        default=None,
+        allowed="path",
     )
 
     @property
@@ -216,6 +222,26 @@ class MoviesConfig(Section):
     )
     width: int = key(
         "width of a movie in pixels", default=1280, ge=480, le=3840, multiple_of=2, rule="even"
+    )
+
+
+class EncapsulationConfig(Section):
+    """Droplets that are made where the channel ends, with spheres, here beads, in them."""
+
+    droplet_frequency: float | None = key(
+        "droplets in a second; null = of each condition, the frequency with the most droplets of "
+        "one bead",
+        symbol="F",
+        unit="1/s",
+        default=None,
+        gt=0,
+    )
+    bead_rate: float | None = key(
+        "beads that are wanted in a second, for which the feed at each flow rate is found; "
+        "null = as many as encapsulation.droplet_frequency, if it is given",
+        unit="1/s",
+        default=None,
+        gt=0,
     )
 
 

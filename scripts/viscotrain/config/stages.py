@@ -4,6 +4,7 @@ A fluid that is still to be fitted is left out; see `settings`.
 """
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 from viscotrain.config.geometries import pair_distances, simulated_deborahs
@@ -12,13 +13,17 @@ from viscotrain.config.settings import (
     CaseSettings,
     ClosureGapSettings,
     ClosureTrainSettings,
+    ConfinementSettings,
     DesignMapSettings,
     DiameterVariationSettings,
+    EncapsulationSettings,
     FieldSettings,
     FiguresSettings,
     FilmSettings,
+    FitSpreadSettings,
     FlowSettings,
     FluidFitSettings,
+    MeasuredSettings,
     MoviesSettings,
     OrderSettings,
     RheologySettings,
@@ -44,8 +49,12 @@ def study_config(study: Study) -> StudyConfigSettings:
 
 def fluid_fit(study: Study) -> FluidFitSettings:
     """The fit of the fluid to measured data."""
+    fit = study.fluid.fit
     return FluidFitSettings(
-        modes=study.fluid.fit.modes, solvent_viscosity=study.fluid.solvent_viscosity
+        modes=fit.modes,
+        solvent_viscosity=study.fluid.solvent_viscosity,
+        relaxation_times=fit.relaxation_times,
+        mobilities=fit.mobilities,
     )
 
 
@@ -169,6 +178,15 @@ def trains(study: Study) -> TrainsSettings:
     )
 
 
+def measured(study: Study) -> MeasuredSettings:
+    """What measured spacings are compared with."""
+    return MeasuredSettings(
+        station=study.trains.stations,
+        deborah=study.trains.deborah,
+        volume_fraction=study.trains.fractions,
+    )
+
+
 def design_points(study: Study) -> TrainsSettings:
     """Trains of the design map, recorded evenly from inlet to outlet."""
     length, intervals = study.channel.length, study.design_map.stations - 1
@@ -213,6 +231,15 @@ def diameter_variation(study: Study) -> DiameterVariationSettings:
     )
 
 
+def confinement(studies: Sequence[Study]) -> ConfinementSettings:
+    """The studies of all diameters beside each other."""
+    return ConfinementSettings(
+        diameters=tuple(study.study.rpartition("/")[2] for study in studies),
+        length=studies[0].channel.length,
+        accuracy=studies[0].dns.accuracy,
+    )
+
+
 def film(study: Study) -> FilmSettings:
     """Films of trains."""
     return FilmSettings(
@@ -234,6 +261,13 @@ def design_map(study: Study) -> DesignMapSettings:
         ordered_variation=study.design_map.ordered_variation,
         dimensionless_fluid=_scaled(study),
     )
+
+
+def encapsulation(study: Study) -> EncapsulationSettings:
+    """Beads in droplets."""
+    own = study.encapsulation
+    wanted = own.droplet_frequency if own.bead_rate is None else own.bead_rate
+    return EncapsulationSettings(droplet_frequency=own.droplet_frequency, bead_rate=wanted)
 
 
 def figures(study: Study, name: str = "") -> FiguresSettings:
@@ -275,6 +309,17 @@ def units(study: Study) -> UnitsSettings:
         **dict(rheology(study)),
         channel_diameter=study.channel.diameter,
         particle_diameter=study.particle.diameter,
+    )
+
+
+def fit_spread(study: Study) -> FitSpreadSettings:
+    """Fluids drawn from the fit, at the study's flow rates."""
+    return FitSpreadSettings(
+        **dict(rheology(study)),
+        draws=study.fluid.fit.draws,
+        channel_diameter=study.channel.diameter,
+        channel_length=study.channel.length,
+        config=study.model_dump(),
     )
 
 

@@ -17,6 +17,7 @@ from viscotrain.config.models import (
 )
 from viscotrain.config.outputs import (
     DesignMapConfig,
+    EncapsulationConfig,
     FieldConfig,
     FiguresConfig,
     MoviesConfig,
@@ -40,8 +41,8 @@ class Study(Section):
 
     study: str = key(
         "name of the study; results go to `results/<study>/`",
-        pattern="^[A-Za-z0-9][A-Za-z0-9_-]*$",
-        max_length=64,
+        # the second part: of one diameter among several, see `sweep`
+        pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,63}(/beta[0-9.e-]{1,24})?$",
         allowed="text of letters, digits, - and _ (a name made of digits in quotes)",
     )
     fluid: FluidConfig
@@ -54,6 +55,7 @@ class Study(Section):
     figures: FiguresConfig = FiguresConfig()
     movies: MoviesConfig = MoviesConfig()
     design_map: DesignMapConfig = DesignMapConfig()
+    encapsulation: EncapsulationConfig = EncapsulationConfig()
     verification: VerificationConfig = VerificationConfig()
 
     @model_validator(mode="after")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from viscotrain import files
 from viscotrain.config.settings import FiguresSettings
 from viscotrain.drawing import rheology_figure, schematic
 from viscotrain.drawing.conventions import with_sphere_rate
@@ -28,7 +29,11 @@ class FigureError(ViscotrainError, ValueError):
 
 
 def draw_with(
-    settings: FiguresSettings, name: str, source: Path | None, units: Path | None
+    settings: FiguresSettings,
+    name: str,
+    source: Path | None,
+    units: Path | None,
+    measured: Path | None = None,
 ) -> Drawing:
     """Make the figure of this name, of the study itself or of what a file holds.
 
@@ -37,6 +42,7 @@ def draw_with(
         name: File name of the figure, without extension.
         source: The file; measured data for `rheology`.
         units: File with the physical units of the study, for figures of trains.
+        measured: File with measured spacings, for their distribution.
 
     Raises:
         FigureError: There is no such figure, or it lacks a file.
@@ -49,8 +55,11 @@ def draw_with(
         return rheology_figure.rheology(fluid, measured, rates)
     if source is None:
         raise FigureError(f"{name} shows a file; found none")
-    physical = xr.load_dataset(units) if units else None
-    return draw(name, xr.load_dataset(source), settings.confinement, physical)
+    physical = files.read_dataset(units) if units else None
+    dataset = files.read_dataset(source)
+    if measured:
+        dataset = dataset.assign(files.read_dataset(measured).data_vars)
+    return draw(name, dataset, settings.confinement, physical)
 
 
 def _on_the_axis(settings: FiguresSettings) -> float:

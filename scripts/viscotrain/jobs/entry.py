@@ -35,9 +35,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 
 import xarray as xr
 
+from viscotrain.config import sweep
 from viscotrain.config.models import FluidConfig
-from viscotrain.config.reading import load_study, read_yaml, with_fitted_fluid
-from viscotrain.jobs import datasets, provenance
+from viscotrain.config.reading import read_yaml, with_fitted_fluid
+from viscotrain.jobs import datasets, provenance, several
 from viscotrain.jobs.command import reporting
 from viscotrain.jobs.digests import digest
 
@@ -102,6 +103,11 @@ def positive(text: str) -> float:
     return value
 
 
+def number_or_none(text: str) -> float | None:
+    """Conversion to a number, or to None of the word none."""
+    return None if text == "none" else float(text)
+
+
 def folder_for(key: str) -> Source:
     """The folder of what a rule has under a key of its outputs."""
     return made("folder to write to", key=key, convert=folder_of)
@@ -125,6 +131,10 @@ class Argument:
     def required(self) -> bool:
         """Whether there is no default."""
         return self.default is inspect.Parameter.empty
+
+    def is_missing_wildcard(self, snakemake) -> bool:
+        """Whether it is a wildcard that a job does not have: one of several geometries."""
+        return self.source.part == "wildcards" and (snakemake.wildcards.get(self.name) is None)
 
     def of_job(self, snakemake) -> Any:
         """The value that Snakemake gives, or the default."""
@@ -220,15 +230,20 @@ def run(
 
     Args:
         main: The function of the script: takes a `Job` and declared arguments.
-        settings: Makes the settings of the study, and of arguments that `main` or itself declares;
-            of a declared type.
+        settings: Makes the settings of the study, or of all `studies` of a config with several
+            diameters, and of arguments that `main` or itself declares; of a declared type.
         config: Whether the command line asks for a config though there are no settings.
         solves: Whether it solves flows, for which a process prepares.
     """
     script, work = main.__globals__, partial(_call, main, solves)
     if "snakemake" in script:
-        with reporting(script["snakemake"].log[0]):
-            _as_job(work, declared(main), settings, script["snakemake"])
+        arguments, snakemake = declared(main), script["snakemake"]
+        one = partial(_as_job, work, arguments, settings)
+        with reporting(snakemake.log[0]):
+            if any(argument.is_missing_wildcard(snakemake) for argument in arguments):
+                several.run(snakemake, one, partial(_current, settings, snakemake))
+            else:
+                one(snakemake)
     elif script["__name__"] == "__main__":
         arguments = declared(main) + (declared(settings) if settings else [])
         _from_command_line(work, arguments, settings, config, script)
@@ -243,20 +258,30 @@ def _call(main: Callable, solves: bool, job: Job, values: Mapping[str, Any]):
 
 
 def _as_job(work: Callable, arguments: Sequence[Argument], settings, snakemake):
-    given, fluid = None, snakemake.input.get("fluid")
-    if settings is not None:
-        kind = inspect.signature(settings).return_annotation
-        given = kind.model_validate(snakemake.params.settings)
-        if fluid:
-            written = FluidConfig.model_validate(read_yaml(fluid)[0]["fluid"])
-            given = given.with_fluid(written.physical())
     job = Job(
-        settings=given,
+        settings=_given(settings, snakemake),
         study=snakemake.params.study,
         code=snakemake.params.code,
         by_hand=False,
     )
     work(job, {argument.name: argument.of_job(snakemake) for argument in arguments})
+
+
+def _given(settings, snakemake) -> Any:
+    """The settings of a job, with the fluid in its place."""
+    if settings is None:
+        return None
+    kind = inspect.signature(settings).return_annotation
+    given = kind.model_validate(snakemake.params.settings)
+    if fluid := snakemake.input.get("fluid"):
+        written = FluidConfig.model_validate(read_yaml(fluid)[0]["fluid"])
+        given = given.with_fluid(written.physical())
+    return given
+
+
+def _current(settings, snakemake, path: Path) -> bool:
+    """Whether a file was made with the settings and the code of a job."""
+    return provenance.made_with(path, _given(settings, snakemake), snakemake.params.code)
 
 
 def _from_command_line(
@@ -266,19 +291,21 @@ def _from_command_line(
     parser = argparse.ArgumentParser(
         description=script["__doc__"], formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    if config or "study" in takes:
+    if config or takes.keys() & {"study", "studies"}:
         parser.add_argument("--configfile", required=True, help="config of the study")
     for argument in arguments:
         argument.add_to(parser)
     values = vars(parser.parse_intermixed_args(sys.argv[1:]))
     with reporting():
-        study = None
+        known, name = dict(values), ""
         if "configfile" in values:
-            study = with_fitted_fluid(load_study(values["configfile"]))
-        known = values | {"study": study}
+            studies = tuple(map(with_fitted_fluid, sweep.load_studies(values["configfile"])))
+            if "studies" not in takes:
+                known["study"] = sweep.only(studies, values["configfile"])
+            known["studies"], name = studies, sweep.name_of(studies)
         job = Job(
             settings=settings(**{name: known[name] for name in takes}) if settings else None,
-            study=study.study if study else "",
+            study=name,
             code=digest(script["__file__"]),
             by_hand=True,
         )
