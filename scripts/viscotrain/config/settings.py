@@ -220,11 +220,7 @@ class TableSettings(Settings):
 class TrainsSettings(Settings):
     """Trains in a channel of some length: lengths in D; stations ascending.
 
-    Attributes:
-        closure: Name of a closure.
-        injection: Name of the law of the intervals between injections.
-        feed: Whether volume fractions are those of what is poured in.
-        diameter_variation: Coefficient of variation of the spheres' diameters.
+    Closure and injection are names; `feed`: volume fractions are those of what is poured in.
     """
 
     closure: str
@@ -248,42 +244,28 @@ class MeasuredSettings(Settings):
     volume_fraction: tuple[float, ...]
 
 
-class OrderSettings(Settings):
-    """Order of equally spaced trains in a channel of some length, in D.
+class ConditionsSettings(Settings):
+    """De and volume fractions of trains, and the CV of the spacing of those that are ordered."""
 
-    Attributes:
-        closure: Name of a closure.
-        injection: Name of the law of the intervals between injections.
-        feed: Whether volume fractions are those of what is poured in.
-        deborah: Deborah numbers of the conditions that are named.
-        fractions: Volume fractions of these.
-        ordered_variation: CV of the spacing of a train that counts as ordered.
-    """
+    deborah: tuple[float, ...]
+    fractions: tuple[float, ...]
+    ordered_variation: float
+
+
+class OrderSettings(ConditionsSettings):
+    """Order of equally spaced trains in a channel of some length, in D, by an injection law."""
 
     closure: str
     injection: str
     feed: bool
     confinement: float
     length: float
-    deborah: tuple[float, ...]
-    fractions: tuple[float, ...]
-    ordered_variation: float
 
 
-class DiameterVariationSettings(Settings):
-    """Trains whose diameters vary by more and more.
-
-    Attributes:
-        trains: The trains; their own variation of diameters is one of them.
-        deborah: Their Deborah numbers.
-        fractions: Their volume fractions.
-        ordered_variation: CV of the spacing of a train that counts as ordered.
-    """
+class DiameterVariationSettings(ConditionsSettings):
+    """Trains whose diameters vary by more and more; their own variation is one of them."""
 
     trains: TrainsSettings
-    deborah: tuple[float, ...]
-    fractions: tuple[float, ...]
-    ordered_variation: float
 
 
 class ConfinementSettings(Settings):

@@ -72,8 +72,7 @@ def run_repeats(
 
     Args:
         velocities: Velocities of triplets.
-        closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
-        injection: Name of one of `INJECTIONS`, the law of the intervals.
+        closure, injection: Names of one of `CLOSURES` and, law of the intervals, of `INJECTIONS`.
         memory_strength: c De/beta of `closures.WithMemory`, in 1/Ubar.
         confinement: beta = d/D.
         volume_fraction: phi in the channel, or phi_feed.
@@ -96,8 +95,8 @@ def run_repeats(
     dataset = _recorded(own, np.asarray(stations, dtype=float), repeats)
     wrong = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     others = own.a_little_wrong(wrong, size_response.error)
-    dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
-    dataset = dataset.assign(_scalars(own, centreline_velocity))
+    scalars = _scalars(own, centreline_velocity)
+    dataset = dataset.assign(model_errors(own, dataset, others) | baseline(own) | scalars)
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
     words = model_error.in_words(interpolation_error, repeated(repeats), "sizes" in others)
     dataset.attrs = dict(attributes or {}) | {
