@@ -14,13 +14,6 @@ report: "workflow/report/study.rst"
 
 if len(STUDIES) == 1:
 
-    rule all:
-        default_target: True
-        input:
-            f"{RESULTS}/summary.txt",
-            f"{RESULTS}/config.yaml",
-            f"{RESULTS}/interactive.html",
-
     include: "workflow/rules/fluid_fit.smk"
     include: "workflow/rules/units.smk"
     include: "workflow/rules/dns.smk"
@@ -37,6 +30,11 @@ if len(STUDIES) == 1:
     include: "workflow/rules/summary.smk"
     include: "workflow/rules/interactive.smk"
     include: "workflow/rules/verification.smk"
+
+    rule all:
+        default_target: True
+        input:
+            everything(workflow.rules),
 
 else:
 
@@ -76,10 +74,17 @@ localrules:
 
 onstart:
     from snakemake.logging import logger
+    from viscotrain.errors import RunError
+    from viscotrain.jobs.running import hold
     from viscotrain.jobs.watch import HolesWatch
 
     for study in STUDIES:
-        logger.addHandler(HolesWatch(study, f"results/{study.study}"))
+        folder = f"results/{study.study}"
+        try:
+            hold(folder)
+        except RunError as error:
+            raise WorkflowError(str(error)) from None
+        logger.addHandler(HolesWatch(study, folder))
 
 
 onsuccess:

@@ -10,9 +10,10 @@ from typing import Annotated
 import pandas as pd
 
 from viscotrain.config.study import Study
-from viscotrain.jobs.costs import MEASURED, of_all
+from viscotrain.jobs.costs import MEASURED
 from viscotrain.jobs.entry import Job, option, run
 from viscotrain.jobs.grouping import MINUTES
+from viscotrain.jobs.sweep_costs import estimate_all
 
 
 def whole(studies: Sequence[Study]) -> Sequence[Study]:
@@ -29,7 +30,7 @@ def main(
     results: Annotated[Path, option("folder of all runs; results/ unless given")] = Path("results"),
 ):
     """Print the estimate."""
-    print(of_all(job.settings, results, max(1, cores), pd.read_csv(MEASURED), job_minutes))
+    print(estimate_all(job.settings, results, max(1, cores), pd.read_csv(MEASURED), job_minutes))
 
 
 run(main, settings=whole)

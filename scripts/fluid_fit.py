@@ -50,7 +50,7 @@ def main(
     attributes = job.attributes("fluid fitted to measured data") | {"fluid": text}
     folder.mkdir(parents=True, exist_ok=True)
     datasets.write(fit_report.dataset(result, attributes), folder / "fit.nc")
-    (folder / "fluid.yaml").write_text(text, encoding="utf-8")
+    files.write_text(text, folder / "fluid.yaml")
     if job.by_hand:
         from viscotrain.drawing.rheology_figure import rheology
 

@@ -182,6 +182,39 @@ def common_targets(rules):
     }
 
 
+# Files of rules that are asked for by name, or by such rules.
+ON_REQUEST = ["verification.smk", "design.smk"]
+if STUDY.dns.method != "transient":
+    ON_REQUEST.append("transient.smk")
+TRAIN = "De{deborah}_phi{volume_fraction}"
+
+
+def everything(rules):
+    """All that the stages of a run make, so that whatever is missing is made again."""
+    return [
+        file
+        for rule in rules
+        if os.path.basename(str(rule.snakefile)) not in ON_REQUEST
+        for pattern in rule.output
+        for file in instances(rule.name, str(pattern))
+    ]
+
+
+def instances(rule, pattern):
+    """The files that a pattern of an output stands for; it has the constraints of wildcards."""
+    pattern = re.sub(r"{(\w+),[^}]*}", r"{\1}", pattern)
+    if TRAIN in pattern:
+        trains = MOVIES if rule in ("film", "movies") else TRAINS
+        return [pattern.replace(TRAIN, train) for train in trains]
+    if "{sp}" in pattern:
+        point = "sp{sp}_sf{sf}_De{deborah}"
+        return [pattern.replace(point, name) for _, name in SIMULATIONS]
+    if "{deborah}" in pattern:
+        values = dict.fromkeys(De for De, _ in STUDY.map_conditions())
+        return [pattern.replace("{deborah}", number_name(De)) for De in values]
+    return [pattern]
+
+
 # ------------------------------------------------------------------------ what a job is given
 
 

@@ -324,7 +324,7 @@ def estimate(
     study: Study, results: Path, cores: int, measured: pd.DataFrame, minutes: float = MINUTES
 ) -> str:
     """The whole estimate as text; for the arguments see `cost_of`."""
-    work, own, cost = _counted(study, results, measured, minutes)
+    work, own, cost = counted(study, results, measured, minutes)
     simulated_points = sum(map(len, work.flows.values()))
     left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
     table = sum(len({*study.geometries, *wanted(study, De)}) for De in study.deborah.values)
@@ -339,39 +339,14 @@ def estimate(
         + f"; {trains - trains_left} trains",
         f"  left         {left} geometries, {points_left} points, {trains_left} trains",
         *(_row(stage) for stage in cost.stages if stage.jobs),
-        _expected(cost, cores),
+        expected(cost, cores),
     ]
     if left:
         lines.append(f"  rests on     {basis_of(study, own)}")
     return "\n".join(lines)
 
 
-def of_all(
-    studies: Sequence[Study],
-    results: Path,
-    cores: int,
-    measured: pd.DataFrame,
-    minutes: float = MINUTES,
-) -> str:
-    """The estimate of each study of a config as text, and of several what they cost together.
-
-    Args:
-        studies: One for each diameter.
-        results: Folder of all runs.
-        cores: That Snakemake is given.
-        measured: Times.
-        minutes: Work in a job of several geometries.
-    """
-    folders = [results / study.study for study in studies]
-    each = list(zip(studies, folders, strict=True))
-    texts = [estimate(*one, cores, measured, minutes) for one in each]
-    if len(studies) == 1:
-        return texts[0]
-    whole = _together([_counted(*one, measured, minutes)[-1] for one in each])
-    return "\n".join([*texts, f"all {len(studies)} diameters", _expected(whole, cores)])
-
-
-def _counted(
+def counted(
     study: Study, results: Path, measured: pd.DataFrame, minutes: float
 ) -> tuple[Work, pd.DataFrame, Cost]:
     """What there is to do, times of the study's own geometries, and what is left to pay."""
@@ -380,26 +355,8 @@ def _counted(
     return work, own, cost_of(study, work, own, measured, minutes)
 
 
-def _together(costs: Sequence[Cost]) -> Cost:
-    """Studies that run side by side: the same stages, with the jobs of all."""
-    stages: dict[str, list[StageCost]] = {}
-    for stage in (stage for cost in costs for stage in cost.stages):
-        stages.setdefault(stage.name, []).append(stage)
-    return Cost(
-        tuple(
-            StageCost(
-                name,
-                jobs=sum(stage.jobs for stage in same),
-                seconds=sum(stage.seconds for stage in same),
-                longest=max(stage.longest for stage in same),
-                megabytes=max(stage.megabytes for stage in same),
-            )
-            for name, same in stages.items()
-        )
-    )
-
-
-def _expected(cost: Cost, cores: int) -> str:
+def expected(cost: Cost, cores: int) -> str:
+    """The line about all of it."""
     return (
         f"  expected     {cost.together / 3600:.2f} core-hours in {cost.jobs} jobs, "
         f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}"

@@ -239,10 +239,10 @@ def run(
     if "snakemake" in script:
         arguments, snakemake = declared(main), script["snakemake"]
         one = partial(_as_job, work, arguments, settings)
-        if any(argument.is_missing_wildcard(snakemake) for argument in arguments):
-            several.run(snakemake, one, partial(_current, settings, snakemake))
-        else:
-            with reporting(snakemake.log[0]):
+        with reporting(snakemake.log[0]):
+            if any(argument.is_missing_wildcard(snakemake) for argument in arguments):
+                several.run(snakemake, one, partial(_current, settings, snakemake))
+            else:
                 one(snakemake)
     elif script["__name__"] == "__main__":
         arguments = declared(main) + (declared(settings) if settings else [])
