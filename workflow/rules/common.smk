@@ -18,29 +18,15 @@ from viscotrain.config.names import (
     point_name,
     train_name,
 )
-from viscotrain.config.reading import (
-    data_files,
-    fitted_fluid_file,
-    parse_study,
-    read_yaml,
-    table_file,
-)
+from viscotrain.config.reading import check_verification, fitted_fluid_file
 from viscotrain.errors import ConfigError
-from viscotrain.jobs import resources
+from viscotrain.jobs import intake, resources
 from viscotrain.jobs.digests import digest
 
 # ------------------------------------------------------------------------------------ the study
 
 try:
-    STUDY = parse_study(
-        config,
-        source=", ".join(map(str, workflow.configfiles)),
-        known_problems=[
-            line for path in workflow.configfiles for line in read_yaml(path)[1]
-        ],
-    )
-    MEASURED = data_files(STUDY, workflow.configfiles[-1])
-    GIVEN_TABLE = table_file(STUDY, workflow.configfiles[-1])
+    STUDY, MEASURED, GIVEN_TABLE = intake.read(config, workflow.configfiles)
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
@@ -80,7 +66,7 @@ else:
 
 TRAINS = [
     train_name(De, phi, STUDY.trains.feed)
-    for De in STUDY.trains.deborah
+    for De in STUDY.train_deborahs
     for phi in STUDY.trains.fractions
 ]
 MOVIES = [train_name(*train, STUDY.trains.feed) for train in STUDY.movie_conditions()]
@@ -106,7 +92,7 @@ ALL_FIGURES = [
 
 CHECK = STUDY.verification
 START_UPS = [point_name(point.sp, point.sf, point.deborah) for point in CHECK.transient]
-CLOSURE_DEBORAHS = [number_name(De) for De in CHECK.closure.deborah]
+CLOSURE_DEBORAHS = [number_name(De) for De in STUDY.closure_deborahs]
 CLOSURE_GAPS = [number_name(gap) for gap in CHECK.closure.gaps if CLOSURE_DEBORAHS]
 TRIPLETS = [
     geometry_name(triplet.sp, triplet.sf) for triplet in CHECK.convergence.geometries

@@ -4,10 +4,17 @@ Sections are frozen and refuse unknown keys. `config/README.md` and `config/sche
 generated from what is declared.
 """
 
+import math
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic.config import JsonDict
+from pydantic_core import PydanticCustomError
+
+LARGEST_DEBORAH = 1000
+FARTHEST = 100  # d: farther spheres do not feel each other, and no mesh holds them
+LONGEST_LIST = 1000  # items
+TOO_MANY = "too_many_items"  # type of the error
 
 
 def key(
@@ -32,17 +39,39 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-DeborahNumber = Annotated[float, Field(ge=0)]
+def _in_reach(distance: float) -> float:
+    """A distance that is infinite or can be meshed."""
+    if FARTHEST < distance < math.inf:
+        raise PydanticCustomError("out_of_reach", "farther than {farthest}", {"farthest": FARTHEST})
+    return distance
+
+
+def _as_tuple(value: Any) -> Any:
+    """A list as a tuple, unless it is longer than anything that a study needs.
+
+    Its length is looked at before its items: each of these could be a problem of its own.
+    """
+    if type(value) is not list:
+        return value
+    if len(value) > LONGEST_LIST:
+        raise PydanticCustomError(TOO_MANY, "at most {most}", {"most": LONGEST_LIST})
+    return tuple(value)
+
+
+DeborahNumber = Annotated[float, Field(ge=0, le=LARGEST_DEBORAH)]
 Distance = Annotated[
     float,
-    Field(gt=1, allow_inf_nan=True, json_schema_extra={"allowed": "number > 1 or .inf"}),
+    Field(
+        gt=1,
+        allow_inf_nan=True,
+        json_schema_extra={"allowed": f"number in (1, {FARTHEST}] or .inf"},
+    ),
+    AfterValidator(_in_reach),
 ]
-FiniteDistance = Annotated[float, Field(gt=1)]
-Gap = Annotated[float, Field(gt=0)]
+FiniteDistance = Annotated[float, Field(gt=1, le=FARTHEST)]
+Gap = Annotated[float, Field(gt=0, le=FARTHEST)]
 VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
 Station = Annotated[float, Field(ge=0)]
 
 Item = TypeVar("Item")
-ListOf = Annotated[  # immutable, but written as a list
-    tuple[Item, ...], BeforeValidator(lambda value: tuple(value) if type(value) is list else value)
-]
+ListOf = Annotated[tuple[Item, ...], BeforeValidator(_as_tuple)]  # immutable, written as a list

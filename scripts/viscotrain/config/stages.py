@@ -111,12 +111,11 @@ def closure_train(study: Study, deborah: float) -> ClosureTrainSettings:
 
 def closure_gap(study: Study) -> ClosureGapSettings:
     """Equally spaced spheres at the Deborah numbers of the closure, and those on the way there."""
-    closure = study.verification.closure
-    highest = max(closure.deborah, default=0.0)
+    highest = max(study.closure_deborahs, default=0.0)
     return ClosureGapSettings(
         flow=flow(study).at([De for De in study.deborah.values if De <= highest]),
-        spheres=len(closure.distances) + 1,
-        deborah=closure.deborah,
+        spheres=len(study.verification.closure.distances) + 1,
+        deborah=study.closure_deborahs,
     )
 
 
@@ -154,7 +153,7 @@ def trains(study: Study) -> TrainsSettings:
         memory=study.trains.memory,
         confinement=study.confinement,
         length=study.channel.length,
-        stations=study.trains.stations,
+        stations=study.stations,
         repeats=study.trains.repeats,
         passages=study.trains.passages,
         seed=study.trains.seed,
@@ -224,7 +223,7 @@ def schematic(study: Study) -> SchematicSettings:
         margin=study.dns.margin,
         volume_fraction=study.trains.fractions[0],
         feed=study.trains.feed,
-        deborah=study.trains.deborah[0],
+        deborah=study.train_deborahs[0],
         channel_length=study.channel.length,
     )
 

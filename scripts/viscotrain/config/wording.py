@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from viscotrain.config.keys import LONGEST_LIST, TOO_MANY
+
 LONGEST_FOUND = 60  # characters of a wrong value that a message repeats
 
 
@@ -95,6 +97,10 @@ def problem_of_key(error: Mapping[str, Any], schema: Mapping[str, Any]) -> Probl
     allowed = range_in_words(fragment)
     if error["type"] == "missing":
         return Problem(location, f"missing; allowed: {allowed}")
+    if error["type"] in (TOO_MANY, "too_long"):
+        most = LONGEST_LIST if error["type"] == TOO_MANY else fragment["maxItems"]
+        found = f"a list of {len(error['input'])}"
+        return Problem(location, f"found {found}; allowed: at most {most} of the {allowed}")
     if error["type"] == "finite_number":
         allowed = f"finite {allowed}"
     found = shown(error["input"])

@@ -25,15 +25,13 @@ from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.refinement import unknowns_per_element
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.progress import Point, made_with, outcomes
-from viscotrain.jobs.resources import train_seconds
+from viscotrain.jobs.resources import FRAME, START_UP, train_seconds
 from viscotrain.table.triplets import Triplet
 from viscotrain.words import has_solution
 
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
-START_UP = 1.0  # CPU seconds of a job that imports everything
 FIGURE = 1.1  # CPU seconds of a figure
-FRAME = 0.0055  # CPU seconds of a movie's frame, encoding included
 TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
 BUSY_CORE = 0.9  # what a further core adds: memory is shared, and the last jobs leave cores idle
 
@@ -75,7 +73,7 @@ class Work:
 def work_of(study: Study, results: Path) -> Work:
     """Count results that are there and were made with the present settings and code."""
     flows, there = simulated(study), outcomes(study, results)
-    trains = tuple(itertools.product(study.trains.deborah, study.trains.fractions))
+    trains = tuple(itertools.product(study.train_deborahs, study.trains.fractions))
     settings, code = stages.trains(study), digest("trains")
 
     def train_done(train: tuple[float, float]) -> bool:
@@ -219,7 +217,7 @@ def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame)
     ]
     figures = len(study.deborah.values) + 2 * len(work.trains) + len(films) + 5
     jobs = len(work.flows_left) + len(trains)
-    frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)
+    frames = study.movies.frames * len(films) * (len(study.stations) + 1)
     # Besides: design points by De and the map of them, figures of study, velocities and trains,
     # field, table, units, page and summary.
     rows = len({De for De, _ in study.map_conditions()})

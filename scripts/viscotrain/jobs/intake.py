@@ -1,0 +1,58 @@
+"""What the workflow reads before it plans: the study, the files that it names, what it may take."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from viscotrain.config.reading import data_files, parse_study, read_yaml, table_file
+from viscotrain.config.study import Study
+from viscotrain.errors import ConfigError
+from viscotrain.jobs.expense import over_budget
+
+RESULTS = "results"  # folder of all runs
+
+
+class Intake(NamedTuple):
+    """A study that can be planned."""
+
+    study: Study
+    measured: list[str]  # paths of the data of its fluid
+    table: str | None  # path of its finished table
+
+
+def read(config: Any, files: Sequence[str | Path]) -> Intake:
+    """Check a config as Snakemake has read it, and all that a run of it needs.
+
+    Args:
+        config: The mapping of keys to values, of all files together.
+        files: Config files, the last of which others are relative to.
+
+    Raises:
+        ConfigError: One message lists every problem.
+    """
+    source = ", ".join(map(str, files))
+    _no_targets(source, files)
+    repeated = [line for file in files for line in read_yaml(file)[1]]
+    study = parse_study(config, source=source, known_problems=repeated)
+    problems: list[str] = []
+
+    def found(look: Callable[[Study, str | Path], Any]) -> Any:
+        try:
+            return look(study, files[-1])
+        except ConfigError as error:
+            problems.extend(error.problems)
+            return None
+
+    measured, table = found(data_files), found(table_file)
+    problems += over_budget(study)
+    if problems:
+        raise ConfigError(source, problems)
+    return Intake(study, measured, table)
+
+
+def _no_targets(source: str, files: Sequence[str | Path]):
+    """Refuse a result among several configs: it is a target that `--configfile` has taken."""
+    for file in files[1:]:
+        if RESULTS in Path(file).parts:
+            line = f"found {file} as a config; allowed: targets after `--`, as in `-- {file}`"
+            raise ConfigError(source, [line])
