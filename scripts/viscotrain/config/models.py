@@ -20,10 +20,10 @@ class ModeConfig(Section):
     """One Giesekus mode of the fluid."""
 
     viscosity: float = key(
-        "polymer viscosity of the mode", symbol="eta_k", unit="Pa s", ge=1e-6, le=1e8
+        "polymer viscosity of the mode", symbol="eta_k", unit="Pa s", ge=1e-6, le=10**8
     )
     relaxation_time: float = key(
-        "relaxation time of the mode", symbol="lambda_k", unit="s", ge=1e-9, le=1e7
+        "relaxation time of the mode", symbol="lambda_k", unit="s", ge=1e-9, le=10**7
     )
     mobility: float = key(
         "Giesekus mobility of the mode; 0 is Oldroyd-B", symbol="alpha_k", unit="1", ge=0, lt=1
@@ -50,7 +50,7 @@ class FluidConfig(Section):
         unit="Pa s",
         default=None,
         ge=1e-6,
-        le=1e8,
+        le=10**8,
         rule="required unless data are given",
     )
     modes: ListOf[ModeConfig] | None = key(
@@ -194,14 +194,14 @@ class BudgetConfig(Section):
         "time on one core, of all simulations, trains, maps and movies together, up to which a "
         "study is run",
         unit="h",
-        default=200,
+        default=200.0,
         gt=0,
         le=10_000_000,
     )
     gigabytes: float = key(
         "size of all results, up to which a study is run",
         unit="GB",
-        default=50,
+        default=50.0,
         gt=0,
         le=1_000_000,
     )

@@ -212,7 +212,7 @@ class MoviesConfig(Section):
         unit="D/Ubar",
         default=0.05,
         ge=1e-6,
-        le=1e4,
+        le=10_000,
     )
     frames: int = key("frames of a movie", default=200, ge=2, le=1_000_000)
     frame_rate: float = key(
