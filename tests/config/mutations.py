@@ -35,8 +35,9 @@ TEXTS = (
 )
 OTHERS = (None, True, False, [], {}, [[]], [None], {"a": 1}, {1: 2}, {None: 1}, [{}], [1, "a"])
 LISTS = ("long", "longer", "steps", "texts", "nested")
+ORDERS = ("reversed", "twice", "many", "rotated")
 FACTORS = (-1, 0.0, 0.5, 1.1, 2, 10, 1e3, 1e6, 1e-3, 1e-6, 1e12)
-TYPOS = ("doubled", "dropped", "upper", "spaced", "dashed", "foreign")
+TYPOS = ("doubled", "dropped", "upper", "spaced", "dashed", "foreign", "long", "control")
 
 
 @cache
@@ -71,23 +72,43 @@ def declared(fragment: dict[str, Any], before: Path = ()) -> Iterator[Path]:
 @cache
 def targets(name: str) -> tuple[Path, ...]:
     """All places of a config that may be changed."""
-    found = dict.fromkeys([*places(shipped(name)), *declared(words())])
-    return tuple(found)
+    return tuple(dict.fromkeys([*places(shipped(name)), *declared(words())]))
+
+
+@cache
+def present(name: str, kind: Any) -> list[Path]:
+    """Places of a config that hold something of a type."""
+    return [path for path in places(shipped(name)) if isinstance(found(name, path), kind)]
+
+
+def found(name: str, path: Path) -> Any:
+    """What a shipped config has at a place."""
+    value: Any = shipped(name)
+    for part in path:
+        value = value[part]
+    return value
 
 
 def mutations(name: str) -> st.SearchStrategy[tuple]:
     """One change: (operation, path, argument)."""
-    path = st.sampled_from(targets(name))
+    path, there = st.sampled_from(targets(name)), st.sampled_from(present(name, object))
+    numbers, lists = st.sampled_from(present(name, int | float)), present(name, list)
+    keys = st.sampled_from([place for place in present(name, object) if isinstance(place[-1], str)])
     value = st.sampled_from(NUMBERS) | st.sampled_from(TEXTS) | st.sampled_from(OTHERS)
     value |= st.integers() | st.floats() | st.text(max_size=8)
     return st.one_of(
         st.tuples(st.just("set"), path, value),
-        st.tuples(st.just("scale"), path, st.sampled_from(FACTORS)),
-        st.tuples(st.just("remove"), path, st.none()),
-        st.tuples(st.just("misspell"), path, st.sampled_from(TYPOS)),
+        st.tuples(st.just("set"), numbers, st.sampled_from(NUMBERS)),
+        st.tuples(st.just("scale"), numbers | st.sampled_from(lists), st.sampled_from(FACTORS)),
+        st.tuples(st.just("remove"), there, st.none()),
+        st.tuples(st.just("misspell"), keys, st.sampled_from(TYPOS)),
         st.tuples(st.just("list"), path, st.sampled_from(LISTS)),
-        st.tuples(st.just("copy"), path, path),
-        st.tuples(st.just("shuffle"), path, st.sampled_from(("reversed", "twice", "rotated"))),
+        st.tuples(st.just("copy"), path, there),
+        st.tuples(
+            st.just("shuffle"),
+            st.sampled_from(lists),
+            st.sampled_from(ORDERS),
+        ),
     )
 
 
@@ -158,6 +179,8 @@ def _misspelt(key: str, how: str) -> str:
         "spaced": f"{key} ",
         "dashed": key.replace("_", "-") + "-",
         "foreign": f"{key}é",
+        "long": key * 1000,
+        "control": f"\x1b[2J{key}\n",
     }[how]
 
 
@@ -174,4 +197,6 @@ def _list(kind: str) -> list:
 def _shuffled(value: Any, how: str) -> Any:
     if how == "reversed":
         return value[::-1]
+    if how == "many":
+        return [copy.deepcopy(item) for item in value * 400]
     return value + value if how == "twice" else value[1:] + value[:1]

@@ -127,7 +127,7 @@ WRONG = {
     "closure of a triplet": (
         {"verification.closure.distances": [1.5, 2]},
         "verification.closure.distances: found [1.5, 2]; "
-        "allowed: list of numbers in (1, 100], at least 3",
+        "allowed: list of numbers in [1.001, 100], at least 3",
     ),
     "negative De": (
         {"deborah.values": [-1, 0, 5]},
@@ -140,11 +140,11 @@ WRONG = {
     ),
     "distance at contact": (
         {"table.sf": [1, 2, INF]},
-        "table.sf[0]: found 1; allowed: number in (1, 100] or .inf",
+        "table.sf[0]: found 1; allowed: number in [1.001, 100] or .inf",
     ),
     "distance nan": (
         {"table.sf": [1.5, math.nan, INF]},
-        "table.sf[1]: found .nan; allowed: number in (1, 100] or .inf",
+        "table.sf[1]: found .nan; allowed: number in [1.001, 100] or .inf",
     ),
     "volume fraction": (
         {"trains.volume_fraction": [0.004, 1.5]},
@@ -185,7 +185,7 @@ WRONG = {
     ),
     "infinity without its point": (
         {"table.sp": [1.1, 2, "inf"]},
-        "table.sp[2]: found the text 'inf' (write .inf); allowed: number in (1, 100] or .inf",
+        "table.sp[2]: found the text 'inf' (write .inf); allowed: number in [1.001, 100] or .inf",
     ),
     "boolean for number": (
         {"channel.length": True},
@@ -275,7 +275,7 @@ WRONG = {
     ),
     "table without distances": (
         {"table.sp": [INF]},
-        "table.sp: found [.inf]; allowed: list of numbers in (1, 100] or .inf, at least 2, "
+        "table.sp: found [.inf]; allowed: list of numbers in [1.001, 100] or .inf, at least 2, "
         "ascending, the last one .inf",
     ),
     "sphere as wide as the tube": (

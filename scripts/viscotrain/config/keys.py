@@ -12,6 +12,7 @@ from pydantic.config import JsonDict
 from pydantic_core import PydanticCustomError
 
 LARGEST_DEBORAH = 1000
+CLOSEST = 1.001  # d: closer than that is a matter of lubrication, and no mesh resolves the gap
 FARTHEST = 100  # d: farther spheres do not feel each other, and no mesh holds them
 LONGEST_LIST = 1000  # items
 TOO_MANY = "too_many_items"  # type of the error
@@ -62,16 +63,19 @@ DeborahNumber = Annotated[float, Field(ge=0, le=LARGEST_DEBORAH)]
 Distance = Annotated[
     float,
     Field(
-        gt=1,
+        ge=CLOSEST,
         allow_inf_nan=True,
-        json_schema_extra={"allowed": f"number in (1, {FARTHEST}] or .inf"},
+        json_schema_extra={"allowed": f"number in [{CLOSEST}, {FARTHEST}] or .inf"},
     ),
     AfterValidator(_in_reach),
 ]
-FiniteDistance = Annotated[float, Field(gt=1, le=FARTHEST)]
-Gap = Annotated[float, Field(gt=0, le=FARTHEST)]
+FiniteDistance = Annotated[float, Field(ge=CLOSEST, le=FARTHEST)]
+Gap = Annotated[float, Field(ge=0.001, le=FARTHEST)]
 VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
 Station = Annotated[float, Field(ge=0)]
+
+# Of a file: Snakemake takes braces for wildcards, and control characters are no one's intention.
+PathText = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f{}]+$")]
 
 Item = TypeVar("Item")
 ListOf = Annotated[tuple[Item, ...], BeforeValidator(_as_tuple)]  # immutable, written as a list

@@ -11,7 +11,15 @@ from typing import Any, Literal
 
 from pydantic import model_serializer
 
-from viscotrain.config.keys import DeborahNumber, Distance, FiniteDistance, ListOf, Section, key
+from viscotrain.config.keys import (
+    DeborahNumber,
+    Distance,
+    FiniteDistance,
+    ListOf,
+    PathText,
+    Section,
+    key,
+)
 from viscotrain.errors import FluidError
 from viscotrain.fluid.parameters import Fluid, Mode
 
@@ -59,12 +67,12 @@ class FluidConfig(Section):
         max_length=10,
         rule="required unless data are given",
     )
-    data: ListOf[str] | None = key(
+    data: ListOf[PathText] | None = key(
         "CSV files of measured moduli and viscosities, relative to the config file, to which the "
         "fluid is fitted; columns below",
         default=None,
         min_length=1,
-        allowed="list of paths, at least 1, none twice, in place of modes",
+        allowed="list of paths without braces, at least 1, none twice, in place of modes",
     )
     fit: FluidFitConfig = FluidFitConfig()
 
@@ -130,11 +138,11 @@ class DeborahConfig(Section):
 class TableConfig(Section):
     """The grid of triplets whose velocities are computed, or a finished table."""
 
-    file: str | None = key(
+    file: PathText | None = key(
         "a finished velocity_table.nc, relative to the config file, in place of simulations; it "
         "must be of the same fluid and d/D, and have the Deborah numbers",
         default=None,
-        allowed="path, in place of the distances",
+        allowed="path without braces, in place of the distances",
     )
     sp: ListOf[Distance] = key(
         "distances of the middle sphere to the trailing one, centre to centre; "

@@ -19,6 +19,7 @@ from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.words import FASTEST, FEWEST_TRAIN_SPHERES
 
 SMALLEST_CONFINEMENT = 0.01  # d/D: smaller spheres do not feel the channel, and mesh does not end
+CLOSEST_NODES = 1.001  # ratio of neighbouring distances: closer ones make an interpolant of noise
 INFINITY = math.inf  # the distance to a neighbour that does not exist
 
 
@@ -91,11 +92,16 @@ def _conflict(location: tuple, found: Any, allowed: str) -> Problem:
     return Problem(location, f"found {shown(found)}; allowed: {allowed}")
 
 
-def _ascending(key: str):
+def _ascending(key: str, ratio: float = 1.0):
+    """Values that grow, by a factor of `ratio` at least if it is more than 1."""
+
     def check(config: Readable) -> Iterator[Problem]:
         for (_, before), (location, value) in itertools.pairwise(config.indexed(key)):
             if not value > before:
                 allowed = f"more than the value before it, {shown(before)}"
+                yield _conflict(location, value, allowed)
+            elif value < ratio * before:
+                allowed = f"at least {ratio:g} times the value before it, {shown(before)}"
                 yield _conflict(location, value, allowed)
 
     return check
@@ -318,9 +324,9 @@ _CHECKS: tuple[Check, ...] = (
     _channel_holds_train,
     _ascending("deborah.values"),
     _table_is_computed_or_given,
-    _ascending("table.sp"),
-    _ascending("table.sf"),
-    _ascending("table.pair"),
+    _ascending("table.sp", ratio=CLOSEST_NODES),
+    _ascending("table.sf", ratio=CLOSEST_NODES),
+    _ascending("table.pair", ratio=CLOSEST_NODES),
     _ascending("table.every_second"),
     _member("table.every_second", of="deborah.values"),
     _every_second_is_checked,

@@ -133,7 +133,7 @@ def data_files(study: Study, config_file: str | Path) -> list[str]:
     missing = [
         f"fluid.data[{n}]: there is no file {path}; allowed: path relative to the config file"
         for n, path in enumerate(paths)
-        if not Path(path).is_file()
+        if not _is_file(path)
     ]
     if missing:
         raise ConfigError(str(config_file), missing)
@@ -149,11 +149,18 @@ def table_file(study: Study, config_file: str | Path) -> str | None:
     if study.table.file is None:
         return None
     path = Path(os.path.relpath(Path(config_file).parent / study.table.file)).as_posix()
-    if not Path(path).is_file():
+    if not _is_file(path):
         allowed = "path relative to the config file"
         line = f"table.file: there is no file {path}; allowed: {allowed}"
         raise ConfigError(str(config_file), [line])
     return path
+
+
+def _is_file(path: str) -> bool:
+    try:
+        return Path(path).is_file()
+    except OSError:  # its name is too long for one
+        return False
 
 
 def read_yaml(path: str | Path) -> tuple[Any, list[str]]:

@@ -16,6 +16,7 @@ import contextlib
 import csv
 import difflib
 import math
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
@@ -42,8 +43,11 @@ COLUMNS = {
     "shear_rate": Column("1/s", 1e-6, 1e8),
     "viscosity": Column("Pa s", 1e-5, 1e8, "shear_rate"),
 }
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 QUANTITIES = tuple(name for name, column in COLUMNS.items() if column.abscissa)
 MOST_PROBLEMS = 20  # lines of a message
+LONGEST_CELL = 40  # characters of a wrong cell that a message repeats
+LARGEST_FILE = 1_000_000  # bytes; a rheometer writes a hundredth of it
 
 
 def read(paths: Sequence[str | Path]) -> pd.DataFrame:
@@ -106,6 +110,10 @@ class _File:
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
         """Number and cells of each line that is no comment and not empty."""
         try:
+            size = self.path.stat().st_size
+            if size > LARGEST_FILE:
+                found, allowed = size / 1e6, LARGEST_FILE / 1e6
+                self._unusable(None, f"found {found:.3g} MB; allowed: at most {allowed:g} MB")
             content = self.path.read_bytes()
         except OSError as error:
             self._unusable(None, f"cannot be read: {error.strerror}")
@@ -117,9 +125,15 @@ class _File:
             self._unusable(number, f"found the byte 0x{byte:02x}; allowed: UTF-8 text")
         for number, line in enumerate(text.splitlines(), start=1):
             if line.strip() and not line.lstrip().startswith("#"):
-                cells = next(csv.reader([line], skipinitialspace=True))
+                cells = self._cells(number, line)
                 if any(cell.strip() for cell in cells):
                     yield number, [cell.strip() for cell in cells]
+
+    def _cells(self, number: int, line: str) -> list[str]:
+        try:
+            return next(csv.reader([line], skipinitialspace=True))
+        except csv.Error as error:
+            self._unusable(number, f"not comma-separated: {error}")
 
     def _check_names(self, number: int, names: list[str]):
         """Names that are known, once each, with the abscissa of what is measured."""
@@ -132,10 +146,10 @@ class _File:
             if name not in COLUMNS:
                 near = difflib.get_close_matches(name, COLUMNS, n=1)
                 hint = f"; did you mean {near[0]}?" if near else f"; allowed: {', '.join(COLUMNS)}"
-                self._problem(number, f"unknown column {name!r}{hint}")
+                self._problem(number, f"unknown column {_shown(name)}{hint}")
         for name in sorted(set(names)):
             if names.count(name) > 1:
-                self._problem(number, f"column {name!r} found {names.count(name)} times")
+                self._problem(number, f"column {_shown(name)} found {names.count(name)} times")
         if len(self.problems) > before:
             raise _Unusable
         measured = [name for name in names if name in QUANTITIES]
@@ -175,8 +189,8 @@ class _File:
         unit, smallest, largest, _ = COLUMNS[name]
         value = float(cell) if _is_number(cell) else math.nan
         if not math.isfinite(value):
-            point = f" (write {cell.replace(',', '.')})" if "," in cell else ""
-            self._problem(line, f"{name}: found {cell!r}{point}; allowed: a finite number")
+            point = f" (write {cell.replace(',', '.')})" if DECIMAL_COMMA.fullmatch(cell) else ""
+            self._problem(line, f"{name}: found {_shown(cell)}{point}; allowed: a finite number")
         elif value <= 0:
             self._problem(line, f"{name}: found {value:g}; allowed: above 0")
         elif not smallest <= value <= largest:
@@ -205,6 +219,12 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _shown(cell: str) -> str:
+    """A cell as a message repeats it: not too long, and with no character that moves a cursor."""
+    text = ascii(cell) if not cell.isprintable() else repr(cell)
+    return text if len(text) <= LONGEST_CELL else f"{text[: LONGEST_CELL - 3]}..."
 
 
 class _Unusable(Exception):
