@@ -2,6 +2,8 @@
 
 import tomllib
 
+import lowest_versions
+import pytest
 import yaml
 from harness import ROOT
 
@@ -13,3 +15,14 @@ def test_conda_environment_has_the_dependencies_of_the_package():
     assert python == f"python{project['requires-python']}"
     assert pip == "pip"
     assert packages["pip"] == project["dependencies"]
+
+
+def test_lowest_versions_are_those_of_all_requirements():
+    project = {
+        "dependencies": ["a>=1.2", "b-c[extra]>=3"],
+        "optional-dependencies": {"test": ["d==4.5.post1"]},
+    }
+    assert list(lowest_versions.constraints(project)) == ["a==1.2", "b-c==3", "d==4.5.post1"]
+    project["dependencies"].append("e")
+    with pytest.raises(ValueError, match=r"found 'e'; allowed: name>=version"):
+        list(lowest_versions.constraints(project))
