@@ -130,6 +130,11 @@ def applied(name: str, changes: tuple) -> dict[str, Any]:
     return data
 
 
+def as_yaml(data: Any) -> str:
+    """A config as a file holds it."""
+    return yaml.dump(data, Dumper=getattr(yaml, "CSafeDumper", yaml.SafeDumper), sort_keys=False)
+
+
 def _apply(data: Any, operation: str, path: Path, argument: Any):
     *parents, last = path
     place = data
@@ -187,9 +192,9 @@ def _misspelt(key: str, how: str) -> str:
 def _list(kind: str) -> list:
     return {
         "long": [1.01 + n / 100 for n in range(900)],
-        "longer": [1.01 + n / 100 for n in range(5000)],
+        "longer": [1.01 + n / 100 for n in range(1100)],
         "steps": list(range(1000)),
-        "texts": ["a"] * 3000,
+        "texts": ["a"] * 1100,
         "nested": [[[[1.5] * 10] * 10] * 3],
     }[kind]
 
@@ -198,5 +203,5 @@ def _shuffled(value: Any, how: str) -> Any:
     if how == "reversed":
         return value[::-1]
     if how == "many":
-        return [copy.deepcopy(item) for item in value * 400]
+        return [copy.deepcopy(item) for item in (value * 1100)[:1100]]
     return value + value if how == "twice" else value[1:] + value[:1]

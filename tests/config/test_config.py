@@ -300,7 +300,8 @@ WRONG = {
     ),
     "no data": (
         {"fluid": {"data": []}},
-        "fluid.data: found []; allowed: list of paths, at least 1, none twice, in place of modes",
+        "fluid.data: found []; allowed: list of paths without braces, at least 1, none twice, in "
+        "place of modes",
     ),
     "one file without a list": (
         {"fluid": {"data": "a.csv"}},

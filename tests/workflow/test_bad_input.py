@@ -9,7 +9,7 @@ import pytest
 import yaml
 from harness import SMALL, Project, output
 from hypothesis import HealthCheck, example, given
-from mutations import applied, mutated
+from mutations import applied, as_yaml, mutated
 
 RUNS = 100 if hypothesis.settings().max_examples >= 10_000 else 10
 
@@ -35,7 +35,7 @@ def files(project: Project) -> set[Path]:
 @example(("tiny.yaml", (("set", ("trains", "repeats"), 10**400),)))
 def test_a_mutated_config_is_planned_or_refused_in_words(project, case):
     config = project.folder / "config" / "mutated.yaml"
-    config.write_text(yaml.safe_dump(applied(*case)), encoding="utf-8")
+    config.write_text(as_yaml(applied(*case)), encoding="utf-8")
     before = files(project)
     done = project.snakemake("--dry-run", "--configfile", "config/mutated.yaml")
     text = done.stdout + done.stderr
