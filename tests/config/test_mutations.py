@@ -20,7 +20,6 @@ from viscotrain.config.geometries import simulated
 from viscotrain.errors import ConfigError
 from viscotrain.jobs import intake
 
-hypothesis.settings.register_profile("thorough", max_examples=10_000, derandomize=False)
 EXAMPLES = max(1000, hypothesis.settings().max_examples)
 LONGEST = 1.0  # CPU seconds until there is an answer
 LONGEST_MESSAGE = 12_000  # characters
