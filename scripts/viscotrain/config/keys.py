@@ -12,6 +12,7 @@ from pydantic.config import JsonDict
 from pydantic_core import PydanticCustomError
 
 LARGEST_DEBORAH = 1000
+SHORTEST_TIME, LONGEST_TIME = 1e-9, 10**7  # s, of relaxation
 CLOSEST = 1.001  # d: closer than that is a matter of lubrication, and no mesh resolves the gap
 FARTHEST = 100  # d: farther spheres do not feel each other, and no mesh holds them
 LONGEST_LIST = 1000  # items
@@ -73,6 +74,17 @@ FiniteDistance = Annotated[float, Field(ge=CLOSEST, le=FARTHEST)]
 Gap = Annotated[float, Field(ge=0.001, le=FARTHEST)]
 VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
 Station = Annotated[float, Field(ge=0)]
+KnownTime = Annotated[
+    float,
+    Field(
+        ge=SHORTEST_TIME,
+        le=LONGEST_TIME,
+        json_schema_extra={"allowed": f"number in [{SHORTEST_TIME}, {LONGEST_TIME}] or null"},
+    ),
+]
+KnownMobility = Annotated[
+    float, Field(ge=0, lt=1, json_schema_extra={"allowed": "number in [0, 1) or null"})
+]
 
 # Of a file: Snakemake takes braces for wildcards, and control characters are no one's intention.
 PathText = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f{}]+$")]

@@ -12,9 +12,13 @@ from typing import Any, Literal
 from pydantic import model_serializer
 
 from viscotrain.config.keys import (
+    LONGEST_TIME,
+    SHORTEST_TIME,
     DeborahNumber,
     Distance,
     FiniteDistance,
+    KnownMobility,
+    KnownTime,
     ListOf,
     PathText,
     Section,
@@ -31,7 +35,11 @@ class ModeConfig(Section):
         "polymer viscosity of the mode", symbol="eta_k", unit="Pa s", ge=1e-6, le=10**8
     )
     relaxation_time: float = key(
-        "relaxation time of the mode", symbol="lambda_k", unit="s", ge=1e-9, le=10**7
+        "relaxation time of the mode",
+        symbol="lambda_k",
+        unit="s",
+        ge=SHORTEST_TIME,
+        le=LONGEST_TIME,
     )
     mobility: float = key(
         "Giesekus mobility of the mode; 0 is Oldroyd-B", symbol="alpha_k", unit="1", ge=0, lt=1
@@ -39,13 +47,36 @@ class ModeConfig(Section):
 
 
 class FluidFitConfig(Section):
-    """How a fluid is fitted to measured data."""
+    """How a fluid is fitted to measured data, and how far its uncertainty is followed."""
 
     modes: int | None = key(
         "number of modes; null = chosen, up to 4, by the Bayesian information criterion",
         default=None,
         ge=0,
         le=6,
+    )
+    relaxation_times: ListOf[KnownTime | None] = key(
+        "known relaxation times, not fitted, the longest first, null = fitted; as many modes are "
+        "fitted at least. The longest one is what extensional rheometry measures, lambda_E",
+        symbol="lambda_k",
+        unit="s",
+        default=(),
+        rule="descending, at most fluid.fit.modes",
+    )
+    mobilities: ListOf[KnownMobility | None] = key(
+        "known mobilities, not fitted, of the modes in the order of their relaxation times, the "
+        "longest first; null = fitted",
+        symbol="alpha_k",
+        unit="1",
+        default=(),
+        rule="at most fluid.fit.modes",
+    )
+    draws: int = key(
+        "fluids drawn from the uncertainty of the fit, which show in `fit_spread` how far it "
+        "reaches; 0 = none",
+        default=20,
+        ge=0,
+        le=200,
     )
 
 
@@ -68,8 +99,8 @@ class FluidConfig(Section):
         rule="required unless data are given",
     )
     data: ListOf[PathText] | None = key(
-        "CSV files of measured moduli and viscosities, relative to the config file, to which the "
-        "fluid is fitted; columns below",
+        "CSV files of measured moduli, viscosities and normal stress differences, relative to the "
+        "config file, to which the fluid is fitted; columns below",
         default=None,
         min_length=1,
         allowed="list of paths without braces, at least 1, none twice, in place of modes",
@@ -334,4 +365,10 @@ class DnsConfig(Resolution):
     transient: TransientConfig = TransientConfig()
     save_fields: bool = key(
         "also write velocity, pressure and stress of every point as VTU", default=False
+    )
+    geometries_per_job: int | None = key(
+        "how many geometries a job solves, one after the other; null = as many as are six seconds "
+        "of work by the measured costs, or what the profile says: half an hour on a cluster",
+        default=None,
+        ge=1,
     )

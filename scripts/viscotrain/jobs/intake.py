@@ -1,14 +1,17 @@
 """What the workflow reads before it plans: the study, the files that it names, what it may take."""
 
-from collections.abc import Callable, Sequence
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from viscotrain.config.reading import data_files, parse_study, read_yaml, table_file
+from viscotrain.config.reading import data_files, measured_file, parse_study, read_yaml, table_file
 from viscotrain.config.study import Study
+from viscotrain.config.wording import shown
 from viscotrain.errors import ConfigError
 from viscotrain.jobs.expense import over_budget
 
+LONGEST_JOB = 10_000  # minutes
 RESULTS = "results"  # folder of all runs
 
 
@@ -18,6 +21,7 @@ class Intake(NamedTuple):
     study: Study
     measured: list[str]  # paths of the data of its fluid
     table: str | None  # path of its finished table
+    spacings: str | None  # path of its measured spacings
 
 
 def read(config: Any, files: Sequence[str | Path]) -> Intake:
@@ -43,11 +47,25 @@ def read(config: Any, files: Sequence[str | Path]) -> Intake:
             problems.extend(error.problems)
             return None
 
-    measured, table = found(data_files), found(table_file)
+    files_of_study = [found(look) for look in (data_files, table_file, measured_file)]
     problems += over_budget(study)
     if problems:
         raise ConfigError(source, problems)
-    return Intake(study, measured, table)
+    return Intake(study, *files_of_study)
+
+
+def minutes_of_a_job(config: Mapping[str, Any], default: float) -> float:
+    """`job_minutes`, which a profile gives beside the config of the study.
+
+    Raises:
+        ConfigError: It is no number of minutes.
+    """
+    given = config.get("job_minutes", default)
+    with contextlib.suppress(TypeError, ValueError, OverflowError):
+        if 0 < float(given) <= LONGEST_JOB:
+            return float(given)
+    allowed = f"number in (0, {LONGEST_JOB}], minutes"
+    raise ConfigError("config", [f"job_minutes: found {shown(given)}; allowed: {allowed}"])
 
 
 def _no_targets(source: str, files: Sequence[str | Path]):
