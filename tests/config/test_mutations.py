@@ -60,16 +60,17 @@ def planned(config, file) -> bool:
         file: Of the config.
     """
     try:
-        study = intake.read(config, [file]).study
+        studies = intake.read(config, [file]).studies
     except ConfigError as error:
         assert error.problems
         assert all(problem.strip() for problem in error.problems)
         assert len(str(error)) < LONGEST_MESSAGE
         return False
-    simulated(study)
-    for settings in STAGES:
-        if settings is not stages.field or study.field_point():
-            settings(study).stated()
+    for study in studies:
+        simulated(study)
+        for settings in STAGES:
+            if settings is not stages.field or study.field_point():
+                settings(study).stated()
     return True
 
 

@@ -128,7 +128,7 @@ def test_what_takes_weeks_or_terabytes_is_asked_for(changes, section, limit, rea
     assert f"{section} {need[section] / (3600 if limit == 'core_hours' else 1e9):.2g}" in line
     allowed = float(line.partition("allowed: ")[2].partition(" or more")[0])
     raised = {"core_hours": 1e7, "gigabytes": 1e6, limit: 1.1 * allowed}
-    assert read(data | {"budget": raised}).study.budget.core_hours
+    assert read(data | {"budget": raised}).studies[0].budget.core_hours
 
 
 def test_the_same_bytes_and_hours_of_shipped_studies_need_no_budget(read):
@@ -163,7 +163,7 @@ def test_an_unused_section_refuses_no_change_elsewhere(read):
     read(demo(deborah__values=[0, 2], trains__deborah=[2]))
     read(demo(channel__length=500))
     newtonian = demo(fluid__modes=[], deborah__values=[0], trains__deborah=[0])
-    study = read(newtonian).study
+    (study,) = read(newtonian).studies
     with pytest.raises(ConfigError, match=r"verification\.transient: found 6; allowed: none"):
         check_verification(study)
     off = demo(

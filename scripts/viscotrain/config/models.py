@@ -7,9 +7,9 @@ default stand. What a single key may hold stands in the models, what keys must a
 Nothing in this room imports NGSolve or numpy: the workflow reads it for every job.
 """
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import model_serializer
+from pydantic import Field, WithJsonSchema, model_serializer
 
 from viscotrain.config.keys import (
     LONGEST_TIME,
@@ -135,16 +135,34 @@ class ChannelConfig(Section):
     length: float = key("length of the channel", symbol="L", unit="D", gt=0, le=100_000)
 
 
-class ParticleConfig(Section):
-    """The spheres, all equal."""
+_DIAMETER = {"type": "number", "minimum": 1e-8, "maximum": 1}
+# One number here; a config with several of them is several studies, see `sweep`.
+Diameter = Annotated[
+    float,
+    Field(ge=1e-8, le=1),
+    WithJsonSchema(_DIAMETER | {"type": ["number", "array"], "items": _DIAMETER, "minItems": 2}),
+]
 
-    diameter: float = key(
-        "diameter of the spheres",
+
+class ParticleConfig(Section):
+    """The spheres: all equal, or of diameters that vary about a mean."""
+
+    diameter: Diameter = key(
+        "mean diameter of the spheres, less than channel.diameter and at least a hundredth "
+        "of it; of several, everything is made "
+        "for each in `results/<study>/beta<d/D>/`, and compared",
         symbol="d",
         unit="m",
-        ge=1e-8,
-        le=1,
-        rule="less than channel.diameter, and at least a hundredth of it",
+        allowed="number in [1.0e-08, 1], or list of at least 2 of them, ascending",
+    )
+    diameter_variation: float = key(
+        "coefficient of variation of the diameters in trains: normally distributed, cut at three "
+        "standard deviations. A sphere's velocity follows its diameter to first order; 0 = all "
+        "equal",
+        unit="1",
+        default=0.0,
+        ge=0,
+        le=0.1,
     )
 
 

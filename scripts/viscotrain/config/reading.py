@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
+from viscotrain.config import stages
 from viscotrain.config.models import FluidConfig
 from viscotrain.config.problems import (
     Readable,
@@ -160,9 +161,8 @@ def measured_file(study: Study, config_file: str | Path) -> str | None:
     if study.trains.measured is None:
         return None
     path = _existing(config_file, "trains.measured", study.trains.measured)
-    known = {"station": study.stations, "deborah": study.train_deborahs}
     try:
-        spacings_file.read(path, known | {"volume_fraction": study.trains.fractions})
+        spacings_file.read(path, dict(stages.measured(study)))
     except DataError as error:
         raise ConfigError(str(config_file), [f"trains.measured: {error}"]) from error
     return path

@@ -26,14 +26,18 @@ GEOMETRY, FIELDS, PASSAGE, SNAPSHOT, FRAME_BYTES = 1e5, 2e6, 16.0, 64.0, 1e3
 Shares = dict[str, float]  # by the section of the config that asks for it
 
 
-def over_budget(study: Study) -> list[str]:
-    """A line for each limit of `budget` that the study exceeds, with what takes how much."""
-    seconds, size = core_seconds(study), bytes_written(study)
+def over_budget(studies: Sequence[Study]) -> list[str]:
+    """A line for each limit of `budget` that the studies of a config exceed, with what takes it."""
+    budget = studies[0].budget
+    seconds, size = (
+        {section: sum(share[section] for share in shares) for section in shares[0]}
+        for shares in (list(map(count, studies)) for count in (core_seconds, bytes_written))
+    )
     hours = {section: share / 3600 for section, share in seconds.items()}
     gigabytes = {section: share / 1e9 for section, share in size.items()}
     return [
-        *_line("budget.core_hours", study.budget.core_hours, hours, "core-hours"),
-        *_line("budget.gigabytes", study.budget.gigabytes, gigabytes, "GB"),
+        *_line("budget.core_hours", budget.core_hours, hours, "core-hours"),
+        *_line("budget.gigabytes", budget.gigabytes, gigabytes, "GB"),
     ]
 
 

@@ -5,8 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from viscotrain.config.reading import data_files, measured_file, parse_study, read_yaml, table_file
+from viscotrain.config.reading import data_files, measured_file, read_yaml, table_file
 from viscotrain.config.study import Study
+from viscotrain.config.sweep import parse_studies
 from viscotrain.config.wording import shown
 from viscotrain.errors import ConfigError
 from viscotrain.jobs.expense import over_budget
@@ -16,9 +17,9 @@ RESULTS = "results"  # folder of all runs
 
 
 class Intake(NamedTuple):
-    """A study that can be planned."""
+    """What can be planned: one study, or one for each diameter, which share files."""
 
-    study: Study
+    studies: tuple[Study, ...]
     measured: list[str]  # paths of the data of its fluid
     table: str | None  # path of its finished table
     spacings: str | None  # path of its measured spacings
@@ -37,21 +38,21 @@ def read(config: Any, files: Sequence[str | Path]) -> Intake:
     source = ", ".join(map(str, files))
     _no_targets(source, files)
     repeated = [line for file in files for line in read_yaml(file)[1]]
-    study = parse_study(config, source=source, known_problems=repeated)
+    studies = parse_studies(config, source=source, known_problems=repeated)
     problems: list[str] = []
 
     def found(look: Callable[[Study, str | Path], Any]) -> Any:
         try:
-            return look(study, files[-1])
+            return look(studies[0], files[-1])
         except ConfigError as error:
             problems.extend(error.problems)
             return None
 
     files_of_study = [found(look) for look in (data_files, table_file, measured_file)]
-    problems += over_budget(study)
+    problems += over_budget(studies)
     if problems:
         raise ConfigError(source, problems)
-    return Intake(study, *files_of_study)
+    return Intake(studies, *files_of_study)
 
 
 def minutes_of_a_job(config: Mapping[str, Any], default: float) -> float:
