@@ -100,15 +100,14 @@ def run_repeats(
     dataset = dataset.assign(_scalars(own, centreline_velocity))
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
     words = model_error.in_words(interpolation_error, repeated(repeats), "sizes" in others)
-    own_attributes = {
-        "seed": seed,
-        "closure": closure,
-        "memory_strength": memory_strength,
-        "injection": injection,
-        "given": FEED if feed else CHANNEL,
-        "model_error": words,
-    }
-    return dataset.assign_attrs(dict(attributes or {}) | own_attributes)
+    return dataset.assign_attrs(attributes or {}).assign_attrs(
+        seed=seed,
+        closure=closure,
+        memory_strength=memory_strength,
+        injection=injection,
+        given=FEED if feed else CHANNEL,
+        model_error=words,
+    )
 
 
 def _recorded(own: Condition, stations: NDArray, repeats: int) -> xr.Dataset:
