@@ -18,6 +18,8 @@ from viscotrain.config.wording import Problem, shown
 from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.words import FASTEST, FEWEST_TRAIN_SPHERES
 
+SMALLEST_CONFINEMENT = 0.01  # d/D: smaller spheres do not feel the channel, and mesh does not end
+CLOSEST_NODES = 1.001  # ratio of neighbouring distances: closer ones make an interpolant of noise
 INFINITY = math.inf  # the distance to a neighbour that does not exist
 
 
@@ -47,9 +49,9 @@ class Readable:
         return value
 
     def items(self, key: str) -> list:
-        """The items of a list, None in the place of a wrong one."""
+        """The items of a list, None in the place of a wrong one; none of a key that is null."""
         path = tuple(key.split("."))
-        items = enumerate(self.value(key))
+        items = enumerate(self.value(key) or ())
         return [None if (*path, index) in self._wrong else item for index, item in items]
 
     def indexed(self, key: str) -> list[tuple[tuple, Any]]:
@@ -65,10 +67,22 @@ class Readable:
         return [((*path, i), item) for i, item in enumerate(self.items(key)) if item is not None]
 
 
+Check = Callable[[Readable], Iterator[Problem]]
+
+
 def disagreements(config: Readable) -> list[Problem]:
     """Problems between keys, as far as the keys themselves can be read."""
+    return _found(_CHECKS, config)
+
+
+def disagreements_of_verification(config: Readable) -> list[Problem]:
+    """Those of the section `verification` with others: they matter once a verification is made."""
+    return _found(_CHECKS_OF_VERIFICATION, config)
+
+
+def _found(checks: Sequence[Check], config: Readable) -> list[Problem]:
     problems: list[Problem] = []
-    for check in _CHECKS:
+    for check in checks:
         with contextlib.suppress(_Unreadable):
             problems.extend(check(config))
     return problems
@@ -78,11 +92,16 @@ def _conflict(location: tuple, found: Any, allowed: str) -> Problem:
     return Problem(location, f"found {shown(found)}; allowed: {allowed}")
 
 
-def _ascending(key: str):
+def _ascending(key: str, ratio: float = 1.0):
+    """Values that grow, by a factor of `ratio` at least if it is more than 1."""
+
     def check(config: Readable) -> Iterator[Problem]:
         for (_, before), (location, value) in itertools.pairwise(config.indexed(key)):
             if not value > before:
                 allowed = f"more than the value before it, {shown(before)}"
+                yield _conflict(location, value, allowed)
+            elif value < ratio * before:
+                allowed = f"at least {ratio:g} times the value before it, {shown(before)}"
                 yield _conflict(location, value, allowed)
 
     return check
@@ -120,14 +139,17 @@ def _closed(key: str):
     return check
 
 
-def _member(key: str, of: str):
+def _member(key: str, of: str, default: str = ""):
+    """Values that another list has; `default` is the list that stands for it if it is null."""
+
     def check(config: Readable) -> Iterator[Problem]:
-        values = config.items(of)
+        name = of if _given(config, of) or not default else default
+        values = config.items(name)
         if None in values or not values:
             return
         for location, value in config.indexed(key):
             if value not in values:
-                allowed = f"one of {of} ({', '.join(map(shown, values))})"
+                allowed = f"one of {name} ({', '.join(map(shown, values))})"
                 yield _conflict(location, value, allowed)
 
     return check
@@ -204,10 +226,29 @@ def _start_up_needs_modes(config: Readable) -> Iterator[Problem]:
         yield _conflict(location, len(points), "none, because fluid.modes is empty: no start-up")
 
 
+def _switched_off(config: Readable, section: str) -> bool:
+    """Whether a section makes nothing, because its list of Deborah numbers is empty."""
+    with contextlib.suppress(_Unreadable):
+        found = config.value(f"{section}.deborah")
+        return isinstance(found, Sequence) and len(found) == 0
+    return False
+
+
+def _if_made(section: str, check: Check) -> Check:
+    def of_section(config: Readable) -> Iterator[Problem]:
+        if not _switched_off(config, section):
+            yield from check(config)
+
+    return of_section
+
+
 def _sphere_fits_tube(config: Readable) -> Iterator[Problem]:
     d, D = config.value("particle.diameter"), config.value("channel.diameter")
     if d >= D:
         yield _conflict(("particle", "diameter"), d, f"less than channel.diameter, {shown(D)}")
+    elif d < SMALLEST_CONFINEMENT * D:
+        allowed = f"at least a hundredth of channel.diameter, {shown(D)}"
+        yield _conflict(("particle", "diameter"), d, allowed)
 
 
 def _one_way_to_say_how_much(section: str, needed: bool):
@@ -245,7 +286,8 @@ def _given(config: Readable, key: str) -> bool:
 
 def _volume_fractions(config: Readable) -> Iterator[tuple[tuple, float, float]]:
     """Location and value of all that are simulated, and U_p/Ubar at most: 1 for the channel's."""
-    for section in ("trains", "design_map"):
+    sections = ("trains",) if _switched_off(config, "design_map") else ("trains", "design_map")
+    for section in sections:
         for key, ratio in (("volume_fraction", 1.0), ("feed_volume_fraction", FASTEST)):
             with contextlib.suppress(_Unreadable):
                 for location, fraction in config.indexed(f"{section}.{key}"):
@@ -295,7 +337,7 @@ def _view_in_channel(config: Readable) -> Iterator[Problem]:
             yield _conflict(location, view, f"at most channel.length, {shown(length)}")
 
 
-_CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
+_CHECKS: tuple[Check, ...] = (
     _fluid_is_written_or_fitted,
     _unrepeated("fluid.data"),
     _of_fitted_modes("fluid.fit.relaxation_times"),
@@ -306,9 +348,9 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _channel_holds_train,
     _ascending("deborah.values"),
     _table_is_computed_or_given,
-    _ascending("table.sp"),
-    _ascending("table.sf"),
-    _ascending("table.pair"),
+    _ascending("table.sp", ratio=CLOSEST_NODES),
+    _ascending("table.sf", ratio=CLOSEST_NODES),
+    _ascending("table.pair", ratio=CLOSEST_NODES),
     _ascending("table.every_second"),
     _member("table.every_second", of="deborah.values"),
     _every_second_is_checked,
@@ -326,18 +368,20 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _member("figures.field.sf", of="table.sf"),
     _member("figures.field.deborah", of="deborah.values"),
     _ascending("figures.field.deborah"),
-    _member("movies.deborah", of="trains.deborah"),
+    _member("movies.deborah", of="trains.deborah", default="deborah.values"),
     _unrepeated("movies.deborah"),
-    _movies_of_trains,
+    _if_made("movies", _movies_of_trains),
     _unrepeated("movies.volume_fraction"),
-    _view_in_channel,
+    _if_made("movies", _view_in_channel),
     _member("design_map.deborah", of="deborah.values"),
     _ascending("design_map.deborah"),
     _one_way_to_say_how_much("design_map", needed=False),
     _ascending("design_map.volume_fraction"),
     _ascending("design_map.feed_volume_fraction"),
-    _member("verification.closure.deborah", of="deborah.values"),
     _unrepeated("verification.closure.deborah"),
     _ascending("verification.closure.gaps"),
+)
+_CHECKS_OF_VERIFICATION: tuple[Check, ...] = (
+    _member("verification.closure.deborah", of="deborah.values"),
     _start_up_needs_modes,
 )

@@ -127,12 +127,11 @@ def closure_train(study: Study, deborah: float) -> ClosureTrainSettings:
 
 def closure_gap(study: Study) -> ClosureGapSettings:
     """Equally spaced spheres at the Deborah numbers of the closure, and those on the way there."""
-    closure = study.verification.closure
-    highest = max(closure.deborah, default=0.0)
+    highest = max(study.closure_deborahs, default=0.0)
     return ClosureGapSettings(
         flow=flow(study).at([De for De in study.deborah.values if De <= highest]),
-        spheres=len(closure.distances) + 1,
-        deborah=closure.deborah,
+        spheres=len(study.verification.closure.distances) + 1,
+        deborah=study.closure_deborahs,
     )
 
 
@@ -171,7 +170,7 @@ def trains(study: Study) -> TrainsSettings:
         diameter_variation=study.particle.diameter_variation,
         confinement=study.confinement,
         length=study.channel.length,
-        stations=study.trains.stations,
+        stations=study.stations,
         repeats=study.trains.repeats,
         passages=study.trains.passages,
         seed=study.trains.seed,
@@ -181,8 +180,8 @@ def trains(study: Study) -> TrainsSettings:
 def measured(study: Study) -> MeasuredSettings:
     """What measured spacings are compared with."""
     return MeasuredSettings(
-        station=study.trains.stations,
-        deborah=study.trains.deborah,
+        station=study.stations,
+        deborah=study.train_deborahs,
         volume_fraction=study.trains.fractions,
     )
 
@@ -208,7 +207,7 @@ def order(study: Study) -> OrderSettings:
         feed=study.trains.feed,
         confinement=study.confinement,
         length=study.channel.length,
-        deborah=study.trains.deborah,
+        deborah=study.train_deborahs,
         fractions=study.trains.fractions,
         ordered_variation=study.design_map.ordered_variation,
     )
@@ -225,7 +224,7 @@ def diameter_variation(study: Study) -> DiameterVariationSettings:
     )
     return DiameterVariationSettings(
         trains=own,
-        deborah=study.trains.deborah,
+        deborah=study.train_deborahs,
         fractions=study.trains.fractions,
         ordered_variation=study.design_map.ordered_variation,
     )
@@ -288,7 +287,7 @@ def schematic(study: Study) -> SchematicSettings:
         margin=study.dns.margin,
         volume_fraction=study.trains.fractions[0],
         feed=study.trains.feed,
-        deborah=study.trains.deborah[0],
+        deborah=study.train_deborahs[0],
         channel_length=study.channel.length,
     )
 
