@@ -19,7 +19,7 @@ from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.words import FASTEST, FEWEST_TRAIN_SPHERES
 
 SMALLEST_CONFINEMENT = 0.01  # d/D: smaller spheres do not feel the channel, and mesh does not end
-CLOSEST_NODES = 1.001  # ratio of neighbouring distances: closer ones make an interpolant of noise
+CLOSEST_NODES = 1.0001  # ratio of neighbouring distances: closer ones make an interpolant of noise
 INFINITY = math.inf  # the distance to a neighbour that does not exist
 
 
