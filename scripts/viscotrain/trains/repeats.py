@@ -72,7 +72,8 @@ def run_repeats(
 
     Args:
         velocities: Velocities of triplets.
-        closure, injection: Names of one of `CLOSURES` and, law of the intervals, of `INJECTIONS`.
+        closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
+        injection: Name of one of `INJECTIONS`, the law of the intervals.
         memory_strength: c De/beta of `closures.WithMemory`, in 1/Ubar.
         confinement: beta = d/D.
         volume_fraction: phi in the channel, or phi_feed.
@@ -95,19 +96,18 @@ def run_repeats(
     dataset = _recorded(own, np.asarray(stations, dtype=float), repeats)
     wrong = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     others = own.a_little_wrong(wrong, size_response.error)
-    scalars = _scalars(own, centreline_velocity)
-    dataset = dataset.assign(model_errors(own, dataset, others) | baseline(own) | scalars)
+    dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
+    dataset = dataset.assign(_scalars(own, centreline_velocity))
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
     words = model_error.in_words(interpolation_error, repeated(repeats), "sizes" in others)
-    dataset.attrs = dict(attributes or {}) | {
-        "seed": seed,
-        "closure": closure,
-        "memory_strength": memory_strength,
-        "injection": injection,
-        "given": FEED if feed else CHANNEL,
-        "model_error": words,
-    }
-    return dataset
+    return dataset.assign_attrs(attributes or {}).assign_attrs(
+        seed=seed,
+        closure=closure,
+        memory_strength=memory_strength,
+        injection=injection,
+        given=FEED if feed else CHANNEL,
+        model_error=words,
+    )
 
 
 def _recorded(own: Condition, stations: NDArray, repeats: int) -> xr.Dataset:
