@@ -69,7 +69,8 @@ def test_the_record_of_all_is_a_config_of_all():
         ([], "particle.diameter: found []; allowed: number in [1.0e-08, 1], or at least 2 of them"),
         (
             [2e-5],
-            "particle.diameter: found [2.0e-05]; allowed: number in [1.0e-08, 1], or at least 2 of them",
+            "particle.diameter: found [2.0e-05]; "
+            "allowed: number in [1.0e-08, 1], or at least 2 of them",
         ),
         (
             [2e-5, 2e-5],
