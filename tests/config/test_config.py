@@ -873,8 +873,9 @@ def test_every_second_distance_of_triplets_at_some_deborah_numbers():
         parse_study(changed({"table.every_second": [5.0], "table.check": 0}))
 
 
-hundredths = st.integers(min_value=101, max_value=3000)  # nodes closer than that are no grid
-axes = st.lists(hundredths.map(lambda n: n / 100), min_size=1, max_size=8, unique=True).map(sorted)
+# nodes from 1.01 to 30, no closer than a config may have them
+nodes = st.integers(min_value=0, max_value=1500).map(lambda n: round(1.01 * 1.00226**n, 4))
+axes = st.lists(nodes, min_size=1, max_size=8, unique=True).map(sorted)
 
 
 @given(sp=axes, sf=axes, check=st.integers(min_value=0, max_value=20))

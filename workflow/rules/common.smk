@@ -248,6 +248,15 @@ def simulating(names, most=8):
     return f"Simulating {', '.join(shown[:most])}{more}"
 
 
+def verifiable(wildcards):
+    """No file; an error if the section asks for what this study cannot give."""
+    try:
+        check_verification(STUDY, ", ".join(map(str, workflow.configfiles)))
+    except ConfigError as error:
+        raise WorkflowError(str(error)) from None
+    return []
+
+
 # ----------------------------------------------------------------------------------- resources
 
 
