@@ -41,8 +41,9 @@ def main(
     for figure in name:
         shown = field if field and figure == "stress_field" else source
         own = job.attributes(f"data of the figure {figure}")
+        note = "" if figure in ("rheology", "schematic") else job.settings.section.remark
         drawing = figures.draw_with(job.settings, figure, shown, units)
-        for path in drawings.save(drawing, folder / figure, own):
+        for path in drawings.save(drawing, folder / figure, own, note):
             print(path)
 
 

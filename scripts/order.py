@@ -1,7 +1,7 @@
 r"""Order stage: velocity table -> stability and ordering length over De and spacing, and a figure.
 
 python scripts/order.py --configfile config/config.yaml OUTPUT TABLE UNITS \
-    [--simulated DESIGN_MAP] [--figure FOLDER]
+    [--simulated DESIGN_MAP] [--duct CHANNEL_FLOW] [--figure FOLDER]
 """
 
 from pathlib import Path
@@ -10,8 +10,8 @@ from typing import Annotated
 from viscotrain.config import stages
 from viscotrain.drawing.order_figure import draw_order
 from viscotrain.jobs import datasets, drawings
-from viscotrain.jobs.entry import Job, Result, Table, Units, folder_of, made, run, taken
-from viscotrain.table.interpolation import VelocityTable
+from viscotrain.jobs.entry import Duct, Job, Result, Table, Units, folder_of, made, run, taken
+from viscotrain.table.drift import open_table
 from viscotrain.trains import order
 
 Simulated = Annotated[Path | None, taken("design map of the study, to compare with", named=True)]
@@ -24,17 +24,19 @@ def main(
     table: Table,
     units: Units,
     simulated: Simulated = None,
+    duct: Duct = None,
     figure: Folder = None,
 ):
     """Analyse trains of every spacing, write and draw what was found."""
     own = job.settings
-    found = order.orders(VelocityTable.open(table), own.confinement, own.closure)
+    found = order.orders(open_table(table, duct), own.confinement, own.closure, section=own.section)
     job.write(found, result, "order of trains")
     print(order.summary(found, own.length))
     if figure:
         trains = datasets.read(simulated) if simulated else None
         drawing = draw_order(found, own.length, datasets.read(units), trains)
-        drawings.save(drawing, figure / "order", job.attributes("data of the figure order"))
+        made_by = job.attributes("data of the figure order")
+        drawings.save(drawing, figure / "order", made_by, note=own.section.remark)
 
 
 run(main, settings=stages.order)

@@ -1,7 +1,7 @@
 r"""What a run made: points solved, holes, accuracy, trains, where the figures are.
 
 python scripts/summary.py OUTPUT --table TABLE --units UNITS --trains TRAINS... --timing CSV... \
-    --figures PNG... --movies FOLDER... --maps MAP
+    --figures PNG... --movies FOLDER... --maps MAP --conditions CONDITIONS
 """
 
 from collections.abc import Sequence
@@ -17,6 +17,7 @@ def main(
     summary: Result,
     table: Annotated[Path, taken("velocity table", named=True)],
     units: Annotated[Path, taken("physical units of the study, units.nc", named=True)],
+    conditions: Annotated[Path | None, taken("operating conditions", named=True)] = None,
     trains: Annotated[Sequence[Path], taken("files of the trains", named=True)] = (),
     timing: Annotated[Sequence[Path], taken("CSV files of the dns stage", named=True)] = (),
     figures: Annotated[Sequence[Path], taken("PNG files", named=True)] = (),
@@ -25,7 +26,8 @@ def main(
 ):
     """Write the summary and print it."""
     lines = overview.of_table(table, timing)
-    lines += [*overview.of_trains(trains, maps, units), *overview.of_pictures(figures, movies)]
+    lines += [*overview.of_trains(trains, maps, units), *overview.of_conditions(conditions)]
+    lines += overview.of_pictures(figures, movies)
     text = "\n".join(lines)
     summary.write_text(text + "\n", encoding="utf-8")
     print(text)

@@ -5,6 +5,7 @@ rule summary:
     input:
         table=TABLE,
         units=UNITS,
+        conditions=CONDITIONS,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
         movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
         maps=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],

@@ -13,6 +13,7 @@ from pydantic import model_serializer
 
 from viscotrain.config.keys import DeborahNumber, Distance, FiniteDistance, ListOf, Section, key
 from viscotrain.errors import FluidError
+from viscotrain.fluid.channel import RECTANGLE, CrossSection
 from viscotrain.fluid.parameters import Fluid, Mode
 
 
@@ -61,6 +62,13 @@ class FluidConfig(Section):
         allowed="list of paths, at least 1, none twice, in place of modes",
     )
     fit: FluidFitConfig = FluidFitConfig()
+    density: float = key(
+        "density of the fluid, for its Reynolds number; the default is that of water",
+        symbol="rho",
+        unit="kg/m^3",
+        default=1000.0,
+        gt=0,
+    )
 
     @model_serializer(mode="wrap")
     def _as_written(self, serialize) -> dict[str, Any]:
@@ -83,18 +91,80 @@ class FluidConfig(Section):
         return Fluid(self.solvent_viscosity, tuple(modes))
 
 
-class ChannelConfig(Section):
-    """The cylindrical channel."""
+SIDES = {"tube": ("diameter",), "square": ("side",), "rectangle": ("width", "height")}  # by shape
 
-    diameter: float = key("inner diameter of the channel", symbol="D", unit="m", gt=0)
+
+class ChannelConfig(Section):
+    """The straight channel: a tube, or a duct. D of a duct is its smaller side."""
+
+    shape: Literal["tube", "square", "rectangle"] = key(
+        "section of the channel. Spheres in a duct act on each other as in the inscribed tube, "
+        "whose diameter D is the smaller side; flow rate, pressure, spacing and velocity are the "
+        "duct's",
+        default="tube",
+    )
+    diameter: float | None = key(
+        "inner diameter of a tube",
+        symbol="D",
+        unit="m",
+        default=None,
+        gt=0,
+        rule="required for a tube",
+    )
+    side: float | None = key(
+        "side of a square, D", unit="m", default=None, gt=0, rule="required for a square"
+    )
+    width: float | None = key(
+        "one side of a rectangle", unit="m", default=None, gt=0, rule="required for a rectangle"
+    )
+    height: float | None = key(
+        "the other side of a rectangle, either may be the smaller one, D",
+        unit="m",
+        default=None,
+        gt=0,
+        rule="required for a rectangle",
+    )
     length: float = key("length of the channel", symbol="L", unit="D", gt=0)
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, serialize) -> dict[str, Any]:
+        """Without the sides of other shapes."""
+        unused = {name for name, value in self if value is None}
+        return {name: value for name, value in serialize(self).items() if name not in unused}
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """Diameter or sides in m."""
+        return tuple(getattr(self, name) for name in SIDES[self.shape])
+
+    @property
+    def inscribed_diameter(self) -> float:
+        """D, in m."""
+        return min(self.sides)
+
+    @property
+    def section(self) -> CrossSection:
+        """The section in D."""
+        if self.shape == "tube":
+            return CrossSection()
+        return CrossSection(RECTANGLE, max(self.sides) / min(self.sides))
 
 
 class ParticleConfig(Section):
     """The spheres, all equal."""
 
     diameter: float = key(
-        "diameter of the spheres, less than channel.diameter", symbol="d", unit="m", gt=0
+        "diameter of the spheres, less than that of the channel or its smaller side",
+        symbol="d",
+        unit="m",
+        gt=0,
+    )
+    density: float | None = key(
+        "density of the spheres; with it the summary says how far they settle",
+        symbol="rho_p",
+        unit="kg/m^3",
+        default=None,
+        gt=0,
     )
 
 

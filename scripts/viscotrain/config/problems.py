@@ -14,8 +14,9 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
+from viscotrain.config.models import SIDES
 from viscotrain.config.wording import Problem, shown
-from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.fluid.channel import RECTANGLE, CrossSection
 from viscotrain.words import FASTEST, FEWEST_TRAIN_SPHERES
 
 INFINITY = math.inf  # the distance to a neighbour that does not exist
@@ -183,10 +184,39 @@ def _start_up_needs_modes(config: Readable) -> Iterator[Problem]:
         yield _conflict(location, len(points), "none, because fluid.modes is empty: no start-up")
 
 
-def _sphere_fits_tube(config: Readable) -> Iterator[Problem]:
-    d, D = config.value("particle.diameter"), config.value("channel.diameter")
+def _sides_suit_the_shape(config: Readable) -> Iterator[Problem]:
+    channel, shape = config.value("channel"), _shape(config)
+    if not isinstance(channel, Mapping):
+        return
+    given = {name for names in SIDES.values() for name in names if channel.get(name) is not None}
+    for name in SIDES[shape]:
+        if name not in given:
+            yield Problem(("channel", name), f"missing; allowed: number > 0, with shape {shape}")
+    for name in sorted(given - set(SIDES[shape])):
+        (other,) = (shape for shape, names in SIDES.items() if name in names)
+        text = f"found with shape {shape}; allowed: with channel.shape: {other} only"
+        yield Problem(("channel", name), text)
+
+
+def _shape(config: Readable) -> str:
+    """Shape of the channel, which is a tube if nothing is said."""
+    channel = config.value("channel")
+    return config.value("channel.shape") if "shape" in channel else "tube"
+
+
+def _section(config: Readable) -> tuple[str, float, CrossSection]:
+    """Key and value of the smaller side of the channel, D, and its section."""
+    shape = _shape(config)
+    sides = {f"channel.{name}": config.value(f"channel.{name}") for name in SIDES[shape]}
+    key = min(sides, key=lambda name: sides[name])
+    duct = CrossSection(RECTANGLE, max(sides.values()) / sides[key])
+    return key, sides[key], CrossSection() if shape == "tube" else duct
+
+
+def _sphere_fits_channel(config: Readable) -> Iterator[Problem]:
+    d, (key, D, _) = config.value("particle.diameter"), _section(config)
     if d >= D:
-        yield _conflict(("particle", "diameter"), d, f"less than channel.diameter, {shown(D)}")
+        yield _conflict(("particle", "diameter"), d, f"less than {key}, {shown(D)}")
 
 
 def _one_way_to_say_how_much(section: str, needed: bool):
@@ -232,13 +262,14 @@ def _volume_fractions(config: Readable) -> Iterator[tuple[tuple, float, float]]:
 
 
 def _spheres_without_contact(config: Readable) -> Iterator[Problem]:
-    beta = config.value("particle.diameter") / config.value("channel.diameter")
+    _, D, section = _section(config)
+    beta = config.value("particle.diameter") / D
     if beta >= 1:
         return
     for location, phi, ratio in _volume_fractions(config):
-        spacing = ratio * mean_spacing(beta, phi)
+        spacing = ratio * section.mean_spacing(beta, phi)
         if spacing <= 1:
-            limit = ratio * mean_spacing(beta, 1)
+            limit = ratio * section.mean_spacing(beta, 1)
             yield _conflict(
                 location,
                 phi,
@@ -248,13 +279,13 @@ def _spheres_without_contact(config: Readable) -> Iterator[Problem]:
 
 
 def _channel_holds_train(config: Readable) -> Iterator[Problem]:
-    length = config.value("channel.length")
-    beta = config.value("particle.diameter") / config.value("channel.diameter")
+    length, (_, D, section) = config.value("channel.length"), _section(config)
+    beta = config.value("particle.diameter") / D
     fractions = [phi for _, phi, _ in _volume_fractions(config)]  # of the feed: phi is less
     if beta >= 1 or not fractions:
         return
     phi = min(fractions)
-    shortest = FEWEST_TRAIN_SPHERES * mean_spacing(beta, phi) * beta
+    shortest = FEWEST_TRAIN_SPHERES * section.mean_spacing(beta, phi) * beta
     if length < shortest:
         allowed = f"at least {shortest:.4g}, three mean spacings at volume fraction {shown(phi)}"
         yield _conflict(("channel", "length"), length, allowed)
@@ -278,7 +309,8 @@ _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _fluid_is_written_or_fitted,
     _unrepeated("fluid.data"),
     _deborah_needs_modes,
-    _sphere_fits_tube,
+    _sides_suit_the_shape,
+    _sphere_fits_channel,
     _channel_holds_train,
     _ascending("deborah.values"),
     _table_is_computed_or_given,

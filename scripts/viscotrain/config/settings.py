@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict
 
 from viscotrain.config.models import FluidConfig, Resolution, TransientConfig
 from viscotrain.errors import FluidError
+from viscotrain.fluid.channel import CrossSection
 from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
 
 DIGITS = 12  # far below the accuracy of any result, far above what a division rounds off
@@ -78,7 +79,8 @@ class StudyConfigSettings(Settings):
 
     def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid as a config writes it."""
-        written = FluidConfig.model_validate(asdict(fluid)).model_dump()
+        density = self.config["fluid"]["density"]
+        written = FluidConfig.model_validate(asdict(fluid) | {"density": density}).model_dump()
         return self.model_copy(update={"config": self.config | {"fluid": written}})
 
 
@@ -226,6 +228,7 @@ class TrainsSettings(Settings):
     feed: bool
     memory: float
     confinement: float
+    section: CrossSection
     length: float
     stations: tuple[float, ...]
     repeats: int
@@ -238,7 +241,14 @@ class OrderSettings(Settings):
 
     closure: str
     confinement: float
+    section: CrossSection
     length: float
+
+
+class ChannelFlowSettings(CaseSettings):
+    """The flow without spheres, in a channel of some section."""
+
+    section: CrossSection
 
 
 class FilmSettings(Settings):
@@ -247,6 +257,7 @@ class FilmSettings(Settings):
     field_of_view: float
     interval: float
     frames: int
+    section: CrossSection
 
 
 class MoviesSettings(Settings):
@@ -257,22 +268,18 @@ class MoviesSettings(Settings):
 
 
 class DesignMapSettings(Settings):
-    """The design map: when a train counts as ordered, and the fluid for its pressure drop."""
+    """The design map: when a train counts as ordered."""
 
     confinement: float
+    section: CrossSection
     ordered_variation: float
-    dimensionless_fluid: DimensionlessFluid | None
-
-    def with_fluid(self, fluid: Fluid) -> Self:
-        """With the fluid in its place."""
-        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
-        return self.model_copy(update={"dimensionless_fluid": scaled})
 
 
 class SchematicSettings(Settings):
     """What is drawn to scale: distances in d, lengths in D; a volume fraction, at one De."""
 
     confinement: float
+    section: CrossSection
     sp: tuple[float, ...]
     sf: tuple[float, ...]
     margin: float
@@ -313,16 +320,37 @@ class RheologySettings(Settings):
 
 
 class UnitsSettings(RheologySettings):
-    """The same fluid in its device: diameters of channel and particles in m."""
+    """The same fluid in its device: diameters D of the channel and d of particles in m."""
 
     channel_diameter: float
+    section: CrossSection
     particle_diameter: float
+
+
+class OperatingConditionsSettings(Settings):
+    """What decides on the validity of a condition: densities in kg/m^3, None of spheres unknown."""
+
+    fluid: Fluid | None
+    fluid_density: float
+    particle_density: float | None
+    section: CrossSection
+
+    @property
+    def known_fluid(self) -> Fluid:
+        """The fluid of a job that computes."""
+        assert self.fluid is not None  # a job has it, by `with_fluid` if fitted
+        return self.fluid
+
+    def with_fluid(self, fluid: Fluid) -> Self:
+        """With the fluid in its place."""
+        return self.model_copy(update={"fluid": fluid})
 
 
 class FiguresSettings(Settings):
     """What figures need besides their data; the last two for those of the study itself."""
 
     confinement: float
+    section: CrossSection
     schematic: SchematicSettings | None = None
     rheology: RheologySettings | None = None
 

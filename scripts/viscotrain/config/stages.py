@@ -10,6 +10,7 @@ from viscotrain.config.geometries import pair_distances, simulated_deborahs
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
     CaseSettings,
+    ChannelFlowSettings,
     ClosureGapSettings,
     ClosureTrainSettings,
     DesignMapSettings,
@@ -19,6 +20,7 @@ from viscotrain.config.settings import (
     FlowSettings,
     FluidFitSettings,
     MoviesSettings,
+    OperatingConditionsSettings,
     OrderSettings,
     RheologySettings,
     SchematicSettings,
@@ -153,6 +155,7 @@ def trains(study: Study) -> TrainsSettings:
         feed=study.trains.feed,
         memory=study.trains.memory,
         confinement=study.confinement,
+        section=study.channel.section,
         length=study.channel.length,
         stations=study.trains.stations,
         repeats=study.trains.repeats,
@@ -179,6 +182,7 @@ def order(study: Study) -> OrderSettings:
     return OrderSettings(
         closure=study.trains.closure,
         confinement=study.confinement,
+        section=study.channel.section,
         length=study.channel.length,
     )
 
@@ -189,6 +193,7 @@ def film(study: Study) -> FilmSettings:
         field_of_view=study.movie_field_of_view(),
         interval=study.movies.interval,
         frames=study.movies.frames,
+        section=study.channel.section,
     )
 
 
@@ -201,17 +206,20 @@ def design_map(study: Study) -> DesignMapSettings:
     """The map of all conditions."""
     return DesignMapSettings(
         confinement=study.confinement,
+        section=study.channel.section,
         ordered_variation=study.design_map.ordered_variation,
-        dimensionless_fluid=_scaled(study),
     )
 
 
 def figures(study: Study, name: str = "") -> FiguresSettings:
     """Figures that show data; with the `name` of one of the study itself, those."""
     if name not in OF_THE_STUDY:
-        return FiguresSettings(confinement=study.confinement)
+        return FiguresSettings(confinement=study.confinement, section=study.channel.section)
     return FiguresSettings(
-        confinement=study.confinement, schematic=schematic(study), rheology=rheology(study)
+        confinement=study.confinement,
+        section=study.channel.section,
+        schematic=schematic(study),
+        rheology=rheology(study),
     )
 
 
@@ -219,6 +227,7 @@ def schematic(study: Study) -> SchematicSettings:
     """The drawing of triplet and train."""
     return SchematicSettings(
         confinement=study.confinement,
+        section=study.channel.section,
         sp=study.table.sp or DRAWN,
         sf=study.table.sf or DRAWN,
         margin=study.dns.margin,
@@ -243,8 +252,24 @@ def units(study: Study) -> UnitsSettings:
     """What physical units follow from."""
     return UnitsSettings(
         **dict(rheology(study)),
-        channel_diameter=study.channel.diameter,
+        channel_diameter=study.channel.inscribed_diameter,
+        section=study.channel.section,
         particle_diameter=study.particle.diameter,
+    )
+
+
+def channel_flow(study: Study) -> ChannelFlowSettings:
+    """The flow without spheres, at all Deborah numbers."""
+    return ChannelFlowSettings(**dict(given_table(study)), section=study.channel.section)
+
+
+def operating_conditions(study: Study) -> OperatingConditionsSettings:
+    """What the validity of conditions follows from, besides their files."""
+    return OperatingConditionsSettings(
+        fluid=rheology(study).fluid,
+        fluid_density=study.fluid.density,
+        particle_density=study.particle.density,
+        section=study.channel.section,
     )
 
 

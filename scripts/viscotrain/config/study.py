@@ -25,7 +25,7 @@ from viscotrain.config.outputs import (
 )
 from viscotrain.config.problems import Readable, disagreements
 from viscotrain.errors import ConfigError
-from viscotrain.fluid.parameters import DimensionlessFluid, mean_spacing
+from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.words import FEWEST_TRAIN_SPHERES
 
 FIELD_OF_VIEW = 10.0  # of a movie's camera, in D
@@ -65,7 +65,7 @@ class Study(Section):
     @property
     def confinement(self) -> float:
         """Sphere diameter over channel diameter, beta = d/D."""
-        return self.particle.diameter / self.channel.diameter
+        return self.particle.diameter / self.channel.inscribed_diameter
 
     @property
     def dimensionless_fluid(self) -> DimensionlessFluid:
@@ -95,7 +95,7 @@ class Study(Section):
 
     def mean_spacing(self, volume_fraction: float) -> float:
         """s* of an equally spaced train, in d."""
-        return mean_spacing(self.confinement, volume_fraction)
+        return self.channel.section.mean_spacing(self.confinement, volume_fraction)
 
     def movie_conditions(self) -> tuple[tuple[float, float], ...]:
         """(De, volume fraction, as that of the trains) of the trains that are filmed."""

@@ -1,7 +1,7 @@
 r"""Undisturbed flow in a duct: a generalised Newtonian fluid in a section of any shape.
 
-Fully developed flow has one velocity component u(x, y), with the shear rate |grad u| everywhere. With
-the steady shear viscosity of the fluid (`fluid.shear`) and the pressure gradient G = -dp/dz
+Fully developed flow has one velocity component u(x, y), with the shear rate |grad u| everywhere.
+With the steady shear viscosity of the fluid (`fluid.shear`) and the pressure gradient G = -dp/dz
 
     div(eta(|grad u|) grad u) + G = 0,    u = 0 at the wall,    mean of u = 1,
 
@@ -9,18 +9,19 @@ a nonlinear Poisson problem whose last line determines G. Lengths are in the dia
 inscribed tube, the smaller side of a rectangle; velocities in Ubar; stresses in eta_0 Ubar/D, so
 that De = lambda_1 Ubar/D as in a tube. What is left out are secondary flows across the section,
 which second normal stress differences drive in ducts that are not round: of a percent of Ubar or
-less in such fluids (Debbaut, Avalosse, Dooley & Hughes, J. Non-Newtonian Fluid Mech. 69, 1997, 255).
+less in such fluids (Debbaut, Avalosse, Dooley & Hughes, J. Non-Newtonian Fluid Mech. 69, 1997,
+255).
 
 **Discretisation.** A quarter of the section, by symmetry, in H1 elements of high order. u behaves
-as r^2 log r in the corners of a rectangle, so elements shrink geometrically towards walls; layers of
-a thinning fluid are there too. The law is evaluated at the quadrature points, with its derivative by
-a complex step, so each iteration is Newton's,
+as r^2 log r in the corners of a rectangle, so elements shrink geometrically towards walls; layers
+of a thinning fluid are there too. The law is evaluated at the quadrature points, with its
+derivative by a complex step, so each iteration is Newton's,
 
     (eta grad w + (eta'/|grad u|) (grad u . grad w) grad u, grad v) - dG (1, v)
         = G (1, v) - (eta grad u, grad v),    (1, w) = 0,
 
-from De = 0, which is linear, in steps of De. The stress must grow with the shear rate, else there is
-no unique flow, as in a tube (`fluid.pipe`).
+from De = 0, which is linear, in steps of De. The stress must grow with the shear rate, else there
+is no unique flow, as in a tube (`fluid.pipe`).
 """
 
 import math

@@ -71,3 +71,11 @@ class CrossSection:
     def remark(self) -> str:
         """What must be said of every number of a duct; empty for a tube."""
         return f"{self.name}: {SIMULATED}" if self.is_duct else ""
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """What a dataset says of its channel: the remark of a duct as `channel`, else nothing."""
+        return {"channel": self.remark} if self.is_duct else {}
+
+
+ROUND = CrossSection()  # what is simulated

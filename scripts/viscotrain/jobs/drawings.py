@@ -2,18 +2,25 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from viscotrain.drawing.style import Drawing, styled
 from viscotrain.jobs import datasets
 
 HIDDEN = {"CreationDate": None, "ModDate": None}  # clocks, which would spoil identical bytes
+NOTE_HEIGHT = 0.2  # inches
 
 
 @styled
 def save(
-    drawing: Drawing, stem: str | Path, attributes: Mapping[str, str] | None = None
+    drawing: Drawing,
+    stem: str | Path,
+    attributes: Mapping[str, str] | None = None,
+    note: str = "",
 ) -> list[Path]:
     """Write `stem`.png, `stem`.pdf and `stem`.nc or `stem`.csv; bytes depend on content only.
 
@@ -21,6 +28,7 @@ def save(
         drawing: A figure with its data.
         stem: Path without an ending.
         attributes: Global ones of the data, if these are a dataset; None leaves its own.
+        note: A line below the figure, which becomes as much higher, and `channel` of the data.
     """
     stem = Path(stem)
     stem.parent.mkdir(parents=True, exist_ok=True)
@@ -29,12 +37,21 @@ def save(
     paths = [
         stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")
     ]
-    drawing.figure.savefig(paths[0], metadata={"Software": None})
+    around: dict[str, Any] = _with_note(drawing.figure, note) if note else {}
+    drawing.figure.savefig(paths[0], metadata={"Software": None}, **around)
     drawing.figure.set_layout_engine("none")  # found once; the PDF has that of the PNG
-    drawing.figure.savefig(paths[1], metadata=HIDDEN)
+    drawing.figure.savefig(paths[1], metadata=HIDDEN, **around)
     if table:
         drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
     else:
         own = drawing.data.attrs if attributes is None else attributes
-        datasets.write(drawing.data.assign_attrs(own), paths[2])
+        marked = {"channel": note} if note else {}
+        datasets.write(drawing.data.assign_attrs(own | marked), paths[2])
     return paths
+
+
+def _with_note(figure: Figure, note: str) -> dict[str, Any]:
+    """Write below a figure; how it is to be saved, so that nothing it holds moves."""
+    width, height = figure.get_size_inches()
+    figure.text(0.5, -0.02 / height, note, ha="center", va="top", style="italic")
+    return {"bbox_inches": Bbox([[0.0, -NOTE_HEIGHT], [width, height]])}

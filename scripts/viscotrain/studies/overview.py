@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from viscotrain.table import attributes, description, points
-from viscotrain.trains import design_map, repeats
+from viscotrain.trains import design_map, operating_conditions, repeats
 
 
 def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
@@ -45,6 +45,14 @@ def of_trains(trains: Sequence[Path], maps: Sequence[Path], units: Path) -> Iter
     for path in maps:
         yield f"  design map      {path}"
         yield from (f"{'':18}{line}" for line in design_map.headline(xr.load_dataset(path)))
+
+
+def of_conditions(path: Path | None) -> Iterator[str]:
+    """The numbers of all conditions and the limits that they exceed."""
+    if path is not None:
+        yield f"  conditions      {path}"
+        found = xr.load_dataset(path)
+        yield from (f"{'':4}{line}" for line in operating_conditions.summary(found))
 
 
 def of_pictures(figures: Sequence[Path], movies: Sequence[Path]) -> list[str]:

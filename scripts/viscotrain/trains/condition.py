@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.trains import model_error
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, injection_law
@@ -28,6 +28,7 @@ class Condition:
         length: Of the channel in D.
         passages: Spheres to record.
         seed: Of all repeats.
+        section: Of the channel.
     """
 
     closure: Closure
@@ -37,6 +38,7 @@ class Condition:
     length: float
     passages: int
     seed: int
+    section: CrossSection = ROUND
 
     @property
     def law(self) -> InjectionLaw:
@@ -47,12 +49,13 @@ class Condition:
             volume_fraction=self.volume_fraction,
             velocity=self.closure.isolated,
             slowest=self.closure.slowest,
+            section=self.section,
         )
 
     @property
     def mean_spacing(self) -> float:
         """Of an equally spaced train, in d."""
-        return mean_spacing(self.confinement, self.volume_fraction)
+        return self.section.mean_spacing(self.confinement, self.volume_fraction)
 
     def record(self, repeat: int, stations: NDArray, closure: Closure | None = None) -> Record:
         """One repeat, recorded at stations in D; with other velocities if there is a closure."""
@@ -65,6 +68,7 @@ class Condition:
             stations=stations,
             passages=self.passages,
             rng=generator(self.seed, repeat),
+            section=self.section,
         )
 
 

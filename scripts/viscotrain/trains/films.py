@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.trains.closures import Velocities, make_closure
 from viscotrain.trains.condition import generator
 from viscotrain.trains.recording import record_train
@@ -42,6 +43,7 @@ def film(
     field_of_view: float,
     interval: float,
     frames: int,
+    section: CrossSection = ROUND,
 ) -> xr.Dataset:
     """Positions of the spheres in the windows of all cameras, at the times of their frames.
 
@@ -51,6 +53,7 @@ def film(
         field_of_view: Length of a window, in D.
         interval: Time between frames of the cameras at the stations, in D/Ubar.
         frames: Number of frames of a movie.
+        section: Of the channel.
 
     Returns:
         Dataset with `position` (station, frame, sphere) and `time` (frame) of the cameras at the
@@ -64,7 +67,7 @@ def film(
     times = interval * np.arange(frames)
     moving_times = np.linspace(span, length, frames) / velocity
     every_time, at = np.unique(np.concatenate([times, entered + moving_times]), return_inverse=True)
-    snapshots = _positions(velocities, train, every_time)
+    snapshots = _positions(velocities, train, every_time, section)
     fixed = _fixed_cameras(train, [snapshots[n] for n in at[:frames]], field_of_view)
     ends = velocity * moving_times
     moving = _moving_camera(train, [snapshots[n] for n in at[frames:]], ends, span)
@@ -91,6 +94,7 @@ def film(
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
     dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:.3g}"
     dataset.attrs |= {name: train.attrs[name] for name in ("given", "injection")}
+    dataset.attrs |= section.attributes
     return dataset
 
 
@@ -143,7 +147,9 @@ def moving_window(length: float, field_of_view: float) -> tuple[float, int]:
     return min(rows * field_of_view, length / 2), rows
 
 
-def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> list[NDArray]:
+def _positions(
+    velocities: Velocities, train: xr.Dataset, times: NDArray, section: CrossSection
+) -> list[NDArray]:
     """Positions in D of all spheres of repeat 0 at some times after recording began."""
     beta, length = float(train["confinement"]), float(train["channel_length"])
     record = record_train(
@@ -156,6 +162,7 @@ def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> lis
         passages=1,
         rng=generator(int(train.attrs["seed"]), 0),
         snapshot_times=times,
+        section=section,
     )
     return [beta * z for z in record.snapshots]
 

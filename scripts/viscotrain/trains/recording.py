@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viscotrain.errors import TrainError
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.lubrication import ROUND_OFF
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
@@ -179,6 +180,7 @@ def record_train(
     rng: np.random.Generator,
     tolerance: float = TOLERANCE,
     snapshot_times: Sequence[float] | NDArray | None = None,
+    section: CrossSection = ROUND,
 ) -> Record:
     """Simulate one train until `passages` spheres of the steady state have passed every station.
 
@@ -194,6 +196,7 @@ def record_train(
         tolerance: Of the distances of Euler's method in one time step, in d.
         snapshot_times: When to take all positions, in D/Ubar after the beginning of the recording,
             ascending; by default `SNAPSHOTS` times, evenly over it. They do not change the train.
+        section: Of the channel.
 
     Raises:
         TrainError: The train does not fit the channel, stations are not as above, or spheres
@@ -206,6 +209,7 @@ def record_train(
         volume_fraction=volume_fraction,
         velocity=closure.isolated,
         slowest=closure.slowest,
+        section=section,
     )
     channel = Channel(closure, confinement, tolerance)
     train = _Train(channel, places, passages, initial_positions(law, closure.isolated, rng))

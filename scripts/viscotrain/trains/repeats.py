@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.memory import largest, memory_number, remark
@@ -38,7 +39,7 @@ SCALARS = {
     "centreline_velocity": "U_max of the undisturbed flow",
     "isolated_velocity": "velocity of a single sphere",
     "channel_length": "length of the channel over its diameter",
-    "mean_spacing_law": "spacing of an equally spaced train, (2/3) beta^2/phi",
+    "mean_spacing_law": "spacing of an equally spaced train, (2/3) beta^2/phi in a tube",
 }
 
 
@@ -58,6 +59,7 @@ def run_repeats(
     repeats: int,
     seed: int,
     interpolation_error: float = math.nan,
+    section: CrossSection = ROUND,
     attributes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Simulate all repeats at one Deborah number and volume fraction, with their statistics.
@@ -77,12 +79,13 @@ def run_repeats(
         repeats: Independent trains.
         seed: Seed of all of them.
         interpolation_error: That of `model_error.interpolation_error`, in Ubar; NaN: not known.
+        section: Of the channel.
         attributes: Global attributes.
     """
     places = np.asarray(stations, dtype=float)
     closed = make_closure(closure, velocities, memory_strength)
     phi = channel_volume_fraction(volume_fraction, closed.isolated) if feed else volume_fraction
-    own = Condition(closed, injection, confinement, phi, length, passages, seed)
+    own = Condition(closed, injection, confinement, phi, length, passages, seed, section)
     track_stations = np.linspace(0.0, length, TRACK_STATIONS)
     everywhere = np.union1d(places, track_stations)
     records = [own.record(n, places if n else everywhere) for n in range(repeats)]
@@ -92,7 +95,8 @@ def run_repeats(
     dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
     dataset = dataset.assign(_scalars(own, centreline_velocity))
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
-    dataset.attrs = dict(attributes or {}) | {
+    dataset.attrs = dict(attributes or {}) | section.attributes
+    dataset.attrs |= {
         "seed": seed,
         "closure": closure,
         "memory_strength": memory_strength,
@@ -311,6 +315,7 @@ def summary(trains: xr.Dataset) -> str:
         ", ".join(f"{count} {name}" for name, count in counts.items()),
         f"{amount(trains)}: {float(trains['injection_rate']):.3g} Ubar/D",
         memory.rstrip(),
+        *filter(None, [trains.attrs.get("channel")]),
         f"mean spacing of an equally spaced train: {float(trains['mean_spacing_law']):.3f} d",
         "each +- sampling error (95 %) +- model error",
         f"model error from {trains.attrs['model_error']}",
@@ -342,5 +347,5 @@ def headline(trains: xr.Dataset, seconds: float = math.nan) -> list[str]:
         f"CV {own['spacing_variation']}, within 20 % of the mean {own['even_share']} %, "
         f"touching {own['touching_share']} % of the spheres "
         f"({100 * float(last['touching_share_injected']):.1f} % by the injection)",
-        *filter(None, [remark(trains)]),
+        *filter(None, [remark(trains), trains.attrs.get("channel")]),
     ]
