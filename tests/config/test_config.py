@@ -216,7 +216,7 @@ WRONG = {
     ),
     "number for section": (
         {"channel": 100e-6},
-        "channel: found 0.0001; allowed: section with the keys diameter, length",
+        "channel: found 0.0001; allowed: section with the keys shape, diameter",
     ),
     "empty section": (
         {"trains": None},
@@ -249,11 +249,11 @@ WRONG = {
     ),
     "key of nothing known": (
         {"channel.colour": "blue"},
-        "channel.colour: unknown key; allowed: diameter, length",
+        "channel.colour: unknown key; allowed: shape, diameter, side",
     ),
     "key that is a number": (
         {"particle": {1: 2, "diameter": 20e-6}},
-        "particle[1]: unknown key; allowed: diameter",
+        "particle[1]: unknown key; allowed: diameter, density",
     ),
     # keys that do not agree
     "De unsorted": (
@@ -561,7 +561,7 @@ def test_message_begins_with_source_and_count():
 
 
 def test_long_values_are_shortened():
-    (problem,) = problems_of(changed({"channel": list(range(1000))}))
+    (problem,) = problems_of(changed({"particle": list(range(1000))}))
     assert len(problem) < 150
 
 

@@ -167,7 +167,8 @@ def _draw_triplet(axes: Axes, data: xr.Dataset):
     inside = ", in the inscribed tube" if "channel" in data.attrs else ""
     title = (
         f"triplet of the simulation{inside}: "
-        f"$s_p$ = {float(data['sp']):g}, $s_f$ = {float(data['sf']):g}, $\\beta$ = $d/D$ = {beta:g} (to scale)"
+        f"$s_p$ = {float(data['sp']):g}, $s_f$ = {float(data['sf']):g}, "
+        f"$\\beta$ = $d/D$ = {beta:g} (to scale)"
     )
     axes.set_title(title, loc="left")
     axes.set(xlim=(start - 0.1, start - 0.1 + _triplet_width(data)))

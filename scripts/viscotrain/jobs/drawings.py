@@ -44,7 +44,7 @@ def save(
     if table:
         drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
     else:
-        own = drawing.data.attrs if attributes is None else attributes
+        own = dict(drawing.data.attrs if attributes is None else attributes)
         marked = {"channel": note} if note else {}
         datasets.write(drawing.data.assign_attrs(own | marked), paths[2])
     return paths

@@ -80,7 +80,7 @@ def combine(
     Args:
         points: Results of `repeats.run_repeats` with the same stations, one per condition.
         units: Result of `units.physical_units`.
-        flow: Without spheres, of `channel_flow.channel_flow`.
+        flow: Without spheres, of the stage `channel_flow`.
         ordered_variation: Threshold of `ordered_position`.
         section: Of the channel.
         attributes: Global attributes.
@@ -110,11 +110,7 @@ def combine(
             for name, order in _ordered_positions(z, values, ordered_variation).items()
         }
         | {
-            "memory_number": (
-                grid[:2],
-                _memory(points, deborah, fractions),
-                ATTRIBUTES["memory_number"],
-            ),
+            "memory_number": (grid[:2], _memory(points, deborah, fractions), MEMORY),
             "ordered_variation": ((), ordered_variation, _words("1", THRESHOLD)),
             "confinement": text["confinement"],
             "inscribed_share": ((), section.inscribed_share, _words("1", INSCRIBED_SHARE)),
@@ -126,10 +122,13 @@ def combine(
             given: (given, fractions, dict(text[given].attrs)),
             "station": text["station"],
         },
-        attrs=dict(attributes or {})
-        | {name: text.attrs[name] for name in KEPT}
-        | section.attributes,
+        attrs={**(attributes or {}), **_kept(text), **section.attributes},
     ).set_coords(["length", other])
+
+
+def _kept(point: xr.Dataset) -> dict[str, str]:
+    """Attributes of trains that the map has too."""
+    return {name: point.attrs[name] for name in KEPT}
 
 
 def _ordered_positions(
@@ -200,6 +199,7 @@ INSCRIBED_SHARE = "area of the tube that fits the channel over that of the chann
 KEPT = ("given", "injection")  # attributes of trains
 LENGTH = "position along the channel, the length of one that ends there"
 PRESSURE_DROP = "pressure drop of the flow without spheres, from the inlet to the position"
+MEMORY = ATTRIBUTES["memory_number"]
 THRESHOLD = "coefficient of variation of the spacing of a train that counts as ordered"
 
 

@@ -121,12 +121,11 @@ def operating_conditions(
         Dataset over `condition` with the variables of `NAMES`, NaN where a velocity is not known,
         `reason`, empty for a condition within all limits, and `beyond` (condition, limit).
     """
-    density = {"fluid_density": fluid_density, "particle_density": particle_density}
     rows: dict[tuple[float, float], dict[str, float]] = {}
     for train in trains:
         De = float(train["deborah"])
-        at = {"units": units.sel(deborah=De), "flow": flow.sel(deborah=De)}
-        row = _numbers(train, fluid=fluid, **at, **density)
+        at_De = units.sel(deborah=De), flow.sel(deborah=De)
+        row = _numbers(train, *at_De, fluid, fluid_density, particle_density)
         where = De, float(f"{row['volume_fraction']:.9g}")
         before = rows.get(where, row)
         row["memory_number"] = max(row["memory_number"], before["memory_number"])

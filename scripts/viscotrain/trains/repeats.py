@@ -65,7 +65,7 @@ def run_repeats(
     """Simulate all repeats at one Deborah number and volume fraction, with their statistics.
 
     Args:
-        velocities: Velocities of triplets.
+        velocities: Of triplets.
         closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
         injection: Name of one of `INJECTIONS`, the law of the intervals.
         memory_strength: c De/beta of `closures.WithMemory`, in 1/Ubar.
@@ -86,17 +86,12 @@ def run_repeats(
     closed = make_closure(closure, velocities, memory_strength)
     phi = channel_volume_fraction(volume_fraction, closed.isolated) if feed else volume_fraction
     own = Condition(closed, injection, confinement, phi, length, passages, seed, section)
-    track_stations = np.linspace(0.0, length, TRACK_STATIONS)
-    everywhere = np.union1d(places, track_stations)
-    records = [own.record(n, places if n else everywhere) for n in range(repeats)]
-    tracks = _tracks(track_stations, _apart(records[0], places, track_stations), confinement)
-    dataset = xr.merge([_results(records, places, own.mean_spacing), tracks])
+    dataset = _recorded(own, places, repeats)
     others = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
     dataset = dataset.assign(_scalars(own, centreline_velocity))
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
-    dataset.attrs = dict(attributes or {}) | section.attributes
-    dataset.attrs |= {
+    dataset.attrs = {**(attributes or {}), **section.attributes} | {
         "seed": seed,
         "closure": closure,
         "memory_strength": memory_strength,
@@ -105,6 +100,16 @@ def run_repeats(
         "model_error": model_error.in_words(interpolation_error, repeated(repeats)),
     }
     return dataset
+
+
+def _recorded(own: Condition, places: NDArray, repeats: int) -> xr.Dataset:
+    """What all repeats record at stations, with its statistics, and the tracks of the first."""
+    track_stations = np.linspace(0.0, own.length, TRACK_STATIONS)
+    everywhere = np.union1d(places, track_stations)
+    records = [own.record(n, places if n else everywhere) for n in range(repeats)]
+    time = _apart(records[0], places, track_stations)
+    tracks = _tracks(track_stations, time, own.confinement)
+    return xr.merge([_results(records, places, own.mean_spacing), tracks])
 
 
 def _scalars(own: Condition, centreline_velocity: float) -> dict[str, xr.Variable]:
