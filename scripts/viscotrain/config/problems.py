@@ -208,6 +208,8 @@ def _section(config: Readable) -> tuple[str, float, CrossSection]:
     """Key and value of the smaller side of the channel, D, and its section."""
     shape = _shape(config)
     sides = {f"channel.{name}": config.value(f"channel.{name}") for name in SIDES[shape]}
+    if None in sides.values():
+        raise _Unreadable("channel")
     key = min(sides, key=lambda name: sides[name])
     duct = CrossSection(RECTANGLE, max(sides.values()) / sides[key])
     return key, sides[key], CrossSection() if shape == "tube" else duct
