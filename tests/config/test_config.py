@@ -890,7 +890,7 @@ def test_check_geometries_lie_in_cells_of_their_own(sp, sf, check):
 
 
 def test_sides_of_a_rectangle_may_come_in_either_order():
-    """D is the smaller one; less phi fills it to contact than a tube, by (pi/4)/(ratio of sides)."""
+    """D is the smaller one; spheres touch at less phi than in a tube, by pi/4 over their ratio."""
     sides = {"width": 300e-6, "height": 100e-6}
     for channel in (sides, dict(zip(sides, reversed(sides.values()), strict=True))):
         study = changed({"channel": {"shape": "rectangle", "length": 800, **channel}})

@@ -48,6 +48,6 @@ def test_flow_rate_is_area_times_mean_velocity(name):
 
 def test_a_duct_says_what_is_simulated_and_a_tube_does_not():
     assert ROUND.remark == "" and ROUND.attributes == {}
-    for name, words in (("square", "square duct"), ("rectangle", "rectangular duct, 2.5 : 1")):
+    for name, words in (("square", "square duct"), ("rectangle", "rectangular duct, 2.5 to 1")):
         remark = SECTIONS[name][0].remark
         assert remark == f"{words}: interactions are those of the inscribed tube"

@@ -28,7 +28,11 @@ class FigureError(ViscotrainError, ValueError):
 
 
 def draw_with(
-    settings: FiguresSettings, name: str, source: Path | None, units: Path | None
+    settings: FiguresSettings,
+    name: str,
+    source: Path | None,
+    units: Path | None,
+    duct: Path | None = None,
 ) -> Drawing:
     """Make the figure of this name, of the study itself or of what a file holds.
 
@@ -37,12 +41,13 @@ def draw_with(
         name: File name of the figure, without extension.
         source: The file; measured data for `rheology`.
         units: File with the physical units of the study, for figures of trains.
+        duct: File with the flow of a duct, for `schematic`.
 
     Raises:
         FigureError: There is no such figure, or it lacks a file.
     """
     if name == "schematic" and settings.schematic is not None:
-        return schematic.draw(schematic.geometry(settings.schematic, _on_the_axis(settings)))
+        return schematic.draw(schematic.geometry(settings.schematic, _on_the_axis(settings, duct)))
     if name == "rheology" and settings.rheology is not None:
         fluid, rates = settings.rheology.known_fluid, settings.rheology.shear_rates()
         measured = rheology_figure.measured(source) if source else None
@@ -53,9 +58,12 @@ def draw_with(
     return draw(name, xr.load_dataset(source), settings.confinement, physical)
 
 
-def _on_the_axis(settings: FiguresSettings) -> float:
+def _on_the_axis(settings: FiguresSettings, duct: Path | None) -> float:
     """Velocity on the axis, in Ubar, at the De of the schematic."""
     assert settings.rheology is not None and settings.schematic is not None
+    if duct is not None:
+        largest = xr.load_dataset(duct)["centreline_velocity"]
+        return float(largest.sel(deborah=settings.schematic.deborah).fillna(FASTEST))
     fluid = settings.rheology.known_fluid
     scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
     De = settings.rheology.longest_modes()[settings.schematic.deborah]

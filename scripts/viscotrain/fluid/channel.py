@@ -65,7 +65,7 @@ class CrossSection:
             return "tube"
         if self.aspect_ratio == 1:
             return "square duct"
-        return f"rectangular duct, {self.aspect_ratio:.3g} : 1"
+        return f"rectangular duct, {self.aspect_ratio:.3g} to 1"
 
     @property
     def remark(self) -> str:
