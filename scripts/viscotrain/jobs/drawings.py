@@ -2,11 +2,9 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.transforms import Bbox
 
 from viscotrain.drawing.style import Drawing, styled
 from viscotrain.jobs import datasets
@@ -37,10 +35,11 @@ def save(
     paths = [
         stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")
     ]
-    around: dict[str, Any] = _with_note(drawing.figure, note) if note else {}
-    drawing.figure.savefig(paths[0], metadata={"Software": None}, **around)
+    if note:
+        _add_note(drawing.figure, note)
+    drawing.figure.savefig(paths[0], metadata={"Software": None})
     drawing.figure.set_layout_engine("none")  # found once; the PDF has that of the PNG
-    drawing.figure.savefig(paths[1], metadata=HIDDEN, **around)
+    drawing.figure.savefig(paths[1], metadata=HIDDEN)
     if table:
         drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
     else:
@@ -50,8 +49,13 @@ def save(
     return paths
 
 
-def _with_note(figure: Figure, note: str) -> dict[str, Any]:
-    """Write below a figure; how it is to be saved, so that nothing it holds moves."""
+def _add_note(figure: Figure, note: str):
+    """Write a line into a strip that is added below a figure, all else as it is above."""
     width, height = figure.get_size_inches()
-    figure.text(0.5, -0.02 / height, note, ha="center", va="top", style="italic")
-    return {"bbox_inches": Bbox([[0.0, -NOTE_HEIGHT], [width, height]])}
+    share = NOTE_HEIGHT / (height + NOTE_HEIGHT)
+    above = 0.0, share, 1.0, 1.0 - share
+    figure.set_size_inches(width, height + NOTE_HEIGHT)
+    figure.get_layout_engine().set(rect=above)
+    for legend in figure.legends:  # anchored to the figure otherwise
+        legend.set_bbox_to_anchor(above, transform=figure.transFigure)
+    figure.text(0.5, 0.5 * share, note, ha="center", va="center", style="italic")
