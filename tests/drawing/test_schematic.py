@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib import image
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from viscotrain.config import stages
 from viscotrain.drawing import schematic
+from viscotrain.drawing.style import Drawing
 from viscotrain.flow.geometry import Geometry
 from viscotrain.fluid.channel import RECTANGLE, CrossSection
 from viscotrain.fluid.parameters import mean_spacing
@@ -98,21 +100,28 @@ def test_a_duct_has_its_section_and_its_law(study):
     words = " ".join(text.get_text() for text in lower.texts)
     assert "section: rectangular duct, 2 to 1\n(dashed: simulated)" in words
     assert "in the inscribed tube" in upper.get_title("left")
-    assert f"{math.pi / 12:.3f} $\\beta^2/\\phi$" in lower.get_title("left")
+    assert f"${math.pi / 12:.3f}\\,\\beta^2/\\phi$" in lower.get_title("left")
     spacing = float(own["mean_spacing"]) / study.confinement * study.volume_fraction
     assert spacing == pytest.approx(math.pi / 12 * study.confinement**2)
 
 
-def test_a_note_stands_below_a_figure_and_in_its_data(study, tmp_path):
-    """It makes the figure higher, and moves nothing."""
+def test_a_note_stands_below_a_figure_and_in_its_data(tmp_path):
+    """It makes the figure higher, and moves nothing, be it a legend outside of the axes."""
+
+    def figure():
+        made = Figure(figsize=(3, 2), layout="constrained")
+        made.subplots().plot([1, 2], [3, 4], label="a line")
+        made.legend(loc="outside lower center")
+        return made
+
     plain, noted = (
-        drawings.save(schematic.draw(schematic.geometry(study, 1.65)), tmp_path / name, note=note)
-        for name, note in (("plain", ""), ("noted", "square duct: as the inscribed tube"))
+        drawings.save(Drawing(figure(), xr.Dataset()), tmp_path / name, note=note)
+        for name, note in (("plain", ""), ("noted", "square duct: as in the inscribed tube"))
     )
     without, written = (image.imread(paths[0]) for paths in (plain, noted))
     below = written.shape[0] - without.shape[0]
     assert below == round(drawings.NOTE_HEIGHT * 200)
-    assert written.shape[1] == without.shape[1]
-    np.testing.assert_allclose(written[:-below], without, atol=0.02)
+    np.testing.assert_array_equal(written[:-below], without)
     assert written[-below:].min() < 0.5  # words
-    assert xr.load_dataset(noted[2]).attrs["channel"] == "square duct: as the inscribed tube"
+    assert xr.load_dataset(noted[2]).attrs["channel"] == "square duct: as in the inscribed tube"
+    assert "channel" not in xr.load_dataset(plain[2]).attrs

@@ -218,7 +218,7 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     title = (
         f"train: $\\phi$ = {phi:.3g} % in the channel (feed: about {feed:.2g} % at "
         f"De = {float(data['deborah']):g}), $s^*$ = "
-        f"{_law(data)}$\\beta^2/\\phi$ = {spacing:.3g} $d$ (distances at the inlet: "
+        f"${_law(data)}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (distances at the inlet: "
         "an example)"
     )
     if "channel" in data.attrs:
@@ -230,8 +230,8 @@ def _draw_train(axes: Axes, data: xr.Dataset):
 def _law(data: xr.Dataset) -> str:
     """The factor of the spacing law of the channel."""
     if "channel" not in data.attrs:
-        return "$\\frac{2}{3}\\,$"
-    return f"{2 / 3 * float(data['inscribed_share']):.3f} "
+        return "\\frac{2}{3}"
+    return f"{2 / 3 * float(data['inscribed_share']):.3f}"
 
 
 def _draw_section(axes: Axes, data: xr.Dataset, end: float):

@@ -63,7 +63,7 @@ def spacing(trains: xr.Dataset) -> Drawing:
     panels[-1].set_xlabel("distance to the sphere ahead, $s^*$ [$d$]")
     figure.supylabel("probability density [$1/d$]", fontsize=STYLE["axes.labelsize"])
     figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
-    entries = [(mean, rf"equally spaced: $\frac{{2}}{{3}}\,(d/D)^2/\phi$ = {law:.2f} $d$")]
+    entries = [(mean, rf"equally spaced: ${_factor(trains)}\,(d/D)^2/\phi$ = {law:.2f} $d$")]
     entries += _keys(trains)
     figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=2)
     return Drawing(figure, data)
@@ -93,6 +93,14 @@ def _draw_distribution(axes: Axes, station: xr.Dataset, edges: NDArray):
     axes.stairs(law, edges, color=VERMILLION, lw=0.8, ls=(0, (1, 1)), baseline=None)
     place = {"ha": "left", "va": "top", "transform": axes.transAxes}
     axes.text(1.02, 1.0, _measures(station), fontsize=6.5, linespacing=1.3, **place)
+
+
+def _factor(trains: xr.Dataset) -> str:
+    """That of the spacing law in the channel: 2/3 in a tube, less in a duct."""
+    if "channel" not in trains.attrs:
+        return r"\frac{2}{3}"
+    own = trains["mean_spacing_law"] * trains["volume_fraction"] / trains["confinement"] ** 2
+    return f"{float(own):.3f}"
 
 
 def _measures(station: xr.Dataset) -> str:

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
-from viscotrain.drawing.style import Drawing, styled
+from viscotrain.drawing.style import STYLE, Drawing, styled
 from viscotrain.jobs import datasets
 
 HIDDEN = {"CreationDate": None, "ModDate": None}  # clocks, which would spoil identical bytes
@@ -35,11 +37,10 @@ def save(
     paths = [
         stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")
     ]
-    if note:
-        _add_note(drawing.figure, note)
-    drawing.figure.savefig(paths[0], metadata={"Software": None})
+    around: dict[str, Any] = _with_note(drawing.figure, note) if note else {}
+    drawing.figure.savefig(paths[0], metadata={"Software": None}, **around)
     drawing.figure.set_layout_engine("none")  # found once; the PDF has that of the PNG
-    drawing.figure.savefig(paths[1], metadata=HIDDEN)
+    drawing.figure.savefig(paths[1], metadata=HIDDEN, **around)
     if table:
         drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
     else:
@@ -49,13 +50,13 @@ def save(
     return paths
 
 
-def _add_note(figure: Figure, note: str):
-    """Write a line into a strip that is added below a figure, all else as it is above."""
+def _with_note(figure: Figure, note: str) -> dict[str, Any]:
+    """Write below a figure, and how it is to be saved with that, all else in its place."""
+    figure.set_dpi(STYLE["savefig.dpi"])
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for legend in figure.legends:  # their anchor would grow with what is saved
+        legend.set_bbox_to_anchor((0.0, 0.0, 1.0, 1.0), transform=figure.transFigure)
     width, height = figure.get_size_inches()
-    share = NOTE_HEIGHT / (height + NOTE_HEIGHT)
-    above = 0.0, share, 1.0, 1.0 - share
-    figure.set_size_inches(width, height + NOTE_HEIGHT)
-    figure.get_layout_engine().set(rect=above)
-    for legend in figure.legends:  # anchored to the figure otherwise
-        legend.set_bbox_to_anchor(above, transform=figure.transFigure)
-    figure.text(0.5, 0.5 * share, note, ha="center", va="center", style="italic")
+    figure.text(0.5, -NOTE_HEIGHT / 2 / height, note, ha="center", va="center", style="italic")
+    return {"bbox_inches": Bbox([[0.0, -NOTE_HEIGHT], [width, height]])}
