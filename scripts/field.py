@@ -1,4 +1,4 @@
-"""Dns stage, for a figure: mesh and fields at one point of the table.
+"""Dns stage, for a figure: mesh and fields around one triplet of the table.
 
 python scripts/field.py --configfile config/config.yaml OUTPUT
 """
@@ -9,9 +9,9 @@ from viscotrain.studies.dns import field
 
 
 def main(job: Job, result: Result):
-    """Solve the point that the config names and write its fields."""
-    point = job.settings
-    job.write(field(point, point.sp, point.sf, point.deborah[0], report=print), result)
+    """Solve the triplet that the config names and write its fields."""
+    own = job.settings
+    job.write(field(own, own.sp, own.sf, report=print), result)
 
 
 run(main, settings=stages.field, solves=True)

@@ -37,13 +37,14 @@ def main(
     field: Annotated[Path | None, taken("fields, for stress_field", named=True)] = None,
     units: Annotated[Path | None, taken("units.nc, for trains", named=True)] = None,
     duct: Duct = None,
+    measured: Annotated[Path | None, taken("file of measured.py, for spacing", named=True)] = None,
 ):
     """Draw the figures of these names and write them with their data."""
     for figure in name:
         shown = field if field and figure == "stress_field" else source
         own = job.attributes(f"data of the figure {figure}")
         note = "" if figure in ("rheology", "schematic") else job.settings.section.remark
-        drawing = figures.draw_with(job.settings, figure, shown, units, duct)
+        drawing = figures.draw_with(job.settings, figure, shown, units, measured, duct)
         for path in drawings.save(drawing, folder / figure, own, note):
             print(path)
 

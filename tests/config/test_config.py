@@ -349,6 +349,26 @@ WRONG = {
         {"fluid": {"data": ["a.csv"], "fit": {"modes": 7}}},
         "fluid.fit.modes: found 7; allowed: whole number in [0, 6]",
     ),
+    "known time that is none": (
+        {"fluid": {"data": ["a.csv"], "fit": {"relaxation_times": [None, 0]}}},
+        "fluid.fit.relaxation_times[1]: found 0; allowed: number > 0 or null",
+    ),
+    "known times in the wrong order": (
+        {"fluid": {"data": ["a.csv"], "fit": {"relaxation_times": [0.1, None, 0.2]}}},
+        "fluid.fit.relaxation_times[2]: found 0.2; allowed: less than the value before it, 0.1",
+    ),
+    "known mobility": (
+        {"fluid": {"data": ["a.csv"], "fit": {"mobilities": [1]}}},
+        "fluid.fit.mobilities[0]: found 1; allowed: number in [0, 1) or null",
+    ),
+    "known mobility of no mode": (
+        {"fluid": {"data": ["a.csv"], "fit": {"modes": 1, "mobilities": [None, 0.2]}}},
+        "fluid.fit.mobilities[1]: found 0.2; allowed: at most 1 in the list, fluid.fit.modes",
+    ),
+    "draws": (
+        {"fluid": {"data": ["a.csv"], "fit": {"draws": -1}}},
+        "fluid.fit.draws: found -1; allowed: whole number in [0, 200]",
+    ),
     "De without modes": (
         {"fluid.modes": [], "deborah.values": [0, 5]},
         "deborah.values[1]: found 5; allowed: 0, because fluid.modes is empty",
@@ -418,8 +438,8 @@ WRONG = {
         "channel.length: found 3; allowed: at least 4, three mean spacings at volume fraction 0.00",
     ),
     "field not in table": (
-        {"figures.field": {"sp": 1.1, "sf": 1.1, "deborah": 2}},
-        "figures.field.deborah: found 2; allowed: one of deborah.values (0, 1, 5)",
+        {"figures.field": {"sp": 1.1, "sf": 1.1, "deborah": [0, 2]}},
+        "figures.field.deborah[1]: found 2; allowed: one of deborah.values (0, 1, 5)",
     ),
     # movies and design map
     "view longer than the channel": (
@@ -457,6 +477,10 @@ WRONG = {
     "map De not in table": (
         {"design_map": {"deborah": [1, 2]}},
         "design_map.deborah[1]: found 2; allowed: one of deborah.values (0, 1, 5)",
+    ),
+    "droplets that never come": (
+        {"encapsulation": {"droplet_frequency": 0}},
+        "encapsulation.droplet_frequency: found 0; allowed: number > 0",
     ),
     "map of volume fractions unsorted": (
         {"design_map": {"volume_fraction": [0.01, 0.004]}},
@@ -780,10 +804,16 @@ def test_newtonian_study_has_no_other_deborah_than_zero(definition):
 
 
 def test_field_point_is_chosen_or_configured():
-    assert tuple(parse_study(MINIMAL).field_point().model_dump().values()) == (1.1, 1.1, 5)
-    fast = parse_study(changed({"deborah.values": [31, 62], "trains.deborah": [31]}))
-    assert fast.field_point().deborah == 31
-    point = {"sp": 2.5, "sf": 2.0, "deborah": 1.0}
+    assert tuple(parse_study(MINIMAL).field_point()) == (
+        ("sp", 1.1),
+        ("sf", 1.1),
+        ("deborah", (0, 1, 5)),
+    )
+    several = {"deborah.values": [0, 1, 2, 5, 10, 31, 62], "trains.deborah": [31]}
+    assert parse_study(changed(several)).field_point().deborah == (0, 2, 5, 31)
+    fast = parse_study(changed({"deborah.values": [40, 62], "trains.deborah": [40]}))
+    assert fast.field_point().deborah == (40,)
+    point = {"sp": 2.5, "sf": 2.0, "deborah": (1.0, 5.0)}
     assert parse_study(changed({"figures.field": point})).field_point().model_dump() == point
 
 

@@ -41,9 +41,11 @@ TEXTS = {name: repr(make(DEMO).stated()) for name, make in DIMENSIONLESS.items()
 PHYSICAL = {
     "units": stages.units,
     "operating_conditions": stages.operating_conditions,
+    "encapsulation": stages.encapsulation,
     "study_figures": lambda study: stages.figures(study, "rheology"),
     "study_config": stages.study_config,
     "fluid_fit": stages.fluid_fit,
+    "fit_spread": stages.fit_spread,
 }
 
 
@@ -154,6 +156,14 @@ def test_what_does_not_is_not(section):
         assert repr(make(study).stated()) == repr(make(DEMO).stated()), name
 
 
+def test_a_droplet_wants_a_bead_unless_a_rate_is_given():
+    assert stages.encapsulation(DEMO).bead_rate is None
+    one = stages.encapsulation(changed(encapsulation={"droplet_frequency": 20.0}))
+    assert (one.droplet_frequency, one.bead_rate) == (20.0, 20.0)
+    few = changed(encapsulation={"droplet_frequency": 20.0, "bead_rate": 5.0})
+    assert stages.encapsulation(few).bead_rate == 5.0
+
+
 def test_de_of_flow_and_closure_do_not_collide():
     other = changed(deborah={"definition": "mean_relaxation_time"})
     given = stages.closure_gap(other).stated()
@@ -167,8 +177,9 @@ def test_a_fitted_fluid_completes_the_settings(definition):
     written = parse_study(DEMO.model_dump() | {"deborah": deborah})
     waiting = parse_study(written.model_dump() | {"fluid": {"data": ["a.csv"]}})
     for name, make in (DIMENSIONLESS | PHYSICAL).items():
-        # Which point is drawn depends on De of the longest mode, as far as it is known.
-        if name not in ("fluid_fit", "field"):
+        # Which point is drawn depends on De of the longest mode, as far as it is known; a spread
+        # has the config itself.
+        if name not in ("fluid_fit", "field", "fit_spread"):
             given = type(make(written)).model_validate(dict(make(waiting).stated()))
             assert given.with_fluid(written.fluid.physical()) == make(written), name
 

@@ -9,10 +9,10 @@ import xarray as xr
 import yaml
 from harness import CONFIG, output, run_script
 from matplotlib.text import Text
-from scipy.spatial import Delaunay
 from synthetic import DEMO_NODES, SINGLE, at_deborah, dns_result, relative, triplet
 
-from viscotrain.drawing import conventions, figures, stress_field, train_figures
+from viscotrain.drawing import conventions, figures, stress_field
+from viscotrain.drawing.style import deborah_colour, fraction_colour
 from viscotrain.fluid.channel import RECTANGLE, CrossSection
 from viscotrain.jobs import datasets, drawings
 from viscotrain.table.assembly import combine
@@ -21,6 +21,7 @@ from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.closures import EverySphere
 from viscotrain.trains.motion import chain_motion
 from viscotrain.trains.repeats import run_repeats
+from viscotrain.trains.statistics import TOUCHING
 from viscotrain.trains.variables import rate_in_words
 from viscotrain.words import BEYOND_QUASI_STEADY, INACCURATE
 
@@ -81,37 +82,37 @@ def synthetic_field(sp=1.1, sf=1.5, length=4.5):
     """Three spheres in a box, with a stress that is large at the wall and behind the spheres."""
     centres = 2.0 + BETA * np.array([0.0, sp, sp + sf])
     centres = centres[np.isfinite(centres)]
-    angle = np.linspace(0, np.pi, 13)
-    circles = [np.stack([c + np.cos(angle) / 10, np.sin(angle) / 10], -1) for c in centres]
-    z, r = (
-        part.ravel() for part in np.meshgrid(np.linspace(0, length, 91), np.linspace(0, 0.5, 12))
-    )
-    free = (np.hypot(z[:, None] - centres, r[:, None]) > 0.11).all(axis=1)
-    points = np.concatenate([np.stack([z[free], r[free]], -1), *circles])
-    z, r = points.T
-    corners = Delaunay(points).simplices
-    middle = points[corners].mean(axis=1)
-    corners = corners[(np.hypot(middle[:, :1] - centres, middle[:, 1:]) > 0.097).all(axis=1)]
-    edges = np.unique(np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
-    strand = sum(np.exp(-(((z - c - 0.15) / 0.1) ** 2) - (r / 0.03) ** 2) for c in centres)
-    scalars = {"confinement": BETA, "length": length, "deborah": 1.0, "sp": sp, "sf": sf}
+    z, r = np.linspace(0, length, 181), np.linspace(0, 0.5, 21)
+    Z, R = np.meshgrid(z, r)
+    free = (np.hypot(Z[..., None] - centres, R[..., None]) > BETA / 2).all(axis=-1)
+    strand = sum(np.exp(-(((Z - c - 0.15) / 0.1) ** 2) - (R / 0.03) ** 2) for c in centres)
+    De = np.array([0.0, 1.0])[:, None, None]
+    stress = {"zz": De * (16 * R**2 + strand), "rr": De * -0.3 * R, "tt": De * 0 * R}
+    layers = {"velocity_z": 2 - 8 * R**2 + 0 * De}
+    layers |= {f"stress_{name}": values for name, values in stress.items()}
+    undisturbed = {"zz": De[..., 0] * 16 * r**2, "rr": De[..., 0] * -0.3 * r}
+    square = np.array([[0.0, 0.3], [0.3, 0.5]])
+    scalars = {"confinement": BETA, "sp": sp, "sf": sf}
+    dims = ("deborah", "r", "z")
     return xr.Dataset(
-        {
-            "z": ("point", z),
-            "r": ("point", r),
-            "triangles": (("triangle", "corner"), corners),
-            "edges": (("edge", "edge_point"), edges),
-            "velocity_z": ("point", 2 - 8 * r**2),
-            "velocity_r": ("point", 0 * r),
-            "pressure": ("point", -16 * z),
-            "stress_zz": ("point", 16 * r**2 + strand),
-            "stress_rr": ("point", -1e-4 * np.ones_like(r)),
-            "stress_tt": ("point", 0 * r),
-            "stress_zr": ("point", -4 * r),
+        {name: (dims, np.where(free, values, np.nan)) for name, values in layers.items()}
+        | {
+            f"undisturbed_stress_{name}": (("deborah", "r"), values)
+            for name, values in undisturbed.items()
+        }
+        | {
+            "edge_z": (("edge", "edge_point"), 2 + square),
+            "edge_r": (("edge", "edge_point"), square),
             "sphere_position": ("sphere", centres),
+            "sphere_velocity": (("deborah", "sphere"), np.full((2, centres.size), 1.5)),
             **{name: ((), value) for name, value in scalars.items()},
         },
-        coords={"sphere": ["trailing", "middle", "leading"][: len(centres)]},
+        coords={
+            "deborah": De.ravel(),
+            "z": z,
+            "r": r,
+            "sphere": ["trailing", "middle", "leading"][: len(centres)],
+        },
     )
 
 
@@ -254,33 +255,34 @@ def test_pair_velocity_of_a_table_with_holes_has_crosses_and_no_curve(table_with
     assert "hole" in texts(figure)
 
 
-def test_stress_field_is_the_visible_part_of_the_field(field):
+def test_stress_field_is_what_the_spheres_change(field):
     figure, data = figures.stress_field(field)
-    assert data.sizes["point"] < field.sizes["point"]  # the box is longer than the picture
-    z = data["z"].values
-    assert z.min() < data["sphere_position"].min() - stress_field.FIELD_MARGIN + 0.1
-    for corners in ("triangles", "edges"):
-        assert data[corners].min() >= 0 and data[corners].max() < data.sizes["point"]
-    trace = field["stress_zz"] + field["stress_rr"] + field["stress_tt"]
-    places = zip(field["z"].values, field["r"].values, strict=True)
-    drawn = dict(zip(places, trace.values, strict=True))
-    for n in range(0, data.sizes["point"], 50):
-        point = data.isel(point=n)
-        assert float(point["stress_trace"]) == drawn[float(point["z"]), float(point["r"])]
+    assert data.sizes["z"] < field.sizes["z"]  # the box is longer than the picture
+    positions = data["sphere_position"].values
+    assert positions[1] == 0
+    assert data["z"].min() >= positions.min() - stress_field.FIELD_MARGIN
+    # of the stress at the wall, 16 r^2, nothing is left; of the strands, all, and only with De
+    near = data.sel(deborah=1.0).sel(z=positions[2] + 0.15, method="nearest")
+    strand = np.exp(-(((near["z"] - positions[2] - 0.15) / 0.1) ** 2))
+    assert float(near["stress_change"].sel(r=0)) == pytest.approx(float(strand), abs=0.02)
+    assert np.abs(data["stress_change"].sel(r=0.5)).max() < 1e-12
+    assert np.abs(data["stress_change"].sel(deborah=0)).max() < 1e-12
+    # psi = int (2 - 8 r^2 - 1.5) r dr far from the spheres
+    r = data["r"].values
+    psi = data["streamfunction"].sel(deborah=1.0).isel(z=0)
+    np.testing.assert_allclose(psi, r**2 / 4 - 2 * r**4, rtol=0, atol=2e-3)
+    panels = [axes for axes in figure.axes if axes.get_aspect() == 1.0]
+    assert len(panels) == 2
     words = texts(figure)
-    for word in ("$z$ [$D$]", "$r$ [$D$]", r"[$\eta_0 \bar{U}/D$]", "flow", "mesh", "trailing"):
+    for word in ("$z$ [$D$]", "$r$ [$D$]", r"\eta_0 \bar{U}/D", "flow", "De = 0", "De = 1"):
         assert word in words
-    assert figure.axes[0].get_aspect() == 1.0
 
 
 def test_stress_field_without_stress_or_with_missing_spheres(field):
-    newtonian = field.copy(deep=True)
-    for name in ("stress_zz", "stress_rr", "stress_tt", "stress_zr"):
-        newtonian[name][:] = 0.0
-    figures.stress_field(newtonian)
+    figures.stress_field(field.sel(deborah=[0.0]))
     figure, data = figures.stress_field(synthetic_field(sf=INF))
     assert data.sizes["sphere"] == 2
-    assert "\N{INFINITY}" in texts(figure) and "leading" not in texts(figure)
+    assert "\N{INFINITY}" in texts(figure)
 
 
 def test_spacing_shows_every_station_with_its_measures(train):
@@ -384,27 +386,49 @@ def test_figures_of_trains_say_how_many_spheres_enter_in_a_second(train):
         )
 
 
-def test_train_is_one_line_per_sphere(train):
+def test_train_is_a_row_per_sphere(train):
     figure, data = figures.train(train)
-    assert 3 <= data.sizes["track_sphere"] <= train.sizes["track_sphere"]
-    drawn = np.concatenate(
-        [path.vertices for lines in figure.axes[0].collections[1:] for path in lines.get_paths()]
-    )
-    y = data["track_position"].values
-    assert y[0, 0] == 0 and np.isin(y, drawn[:, 1]).all()
-    np.testing.assert_allclose(np.mean(y[:, -1]), np.mean(y[:, 0]), rtol=0, atol=1e-9)
-    distance = np.diff(train["track_position"][: len(y), 0])
-    np.testing.assert_allclose(np.diff(y[:, 0]), distance, rtol=1e-2)
-    for word in ("$z$ [$D$]", "[$d$]", "De = 1", r"$\phi$ = 1 %", "flow"):
+    s = data["track_spacing"]
+    assert s.sizes["track_sphere"] == train.sizes["track_sphere"] - 1
+    y = train["track_position"].values
+    np.testing.assert_array_equal(s.values, y[:-1] - y[1:])  # the first sphere is the one ahead
+    assert (s > 0.9).all()
+    ratio, change = (axes.collections[0].get_array() for axes in figure.axes[:2])
+    law = float(train["mean_spacing_law"])
+    touches = s.values < TOUCHING
+    np.testing.assert_array_equal(np.ma.getmaskarray(ratio).reshape(s.shape), touches)
+    drawn = np.ma.getdata(ratio).reshape(s.shape)[~touches]
+    np.testing.assert_allclose(law * 2**drawn, s.values[~touches], rtol=1e-12)
+    since = s.values - s.values[:, :1]
+    np.testing.assert_allclose(np.asarray(change).reshape(s.shape), since, atol=1e-12)
+    for axes in figure.axes[:2]:
+        low, high = axes.collections[0].get_clim()
+        assert low == -high  # white is the mean, and no change
+    for word in ("$z$ [$D$]", "[$d$]", "De = 1", r"$\phi$ = 1 %", "in order of passage"):
         assert word in texts(figure)
 
 
-def test_pieces_of_lines_join_and_know_who_touches():
-    z = np.arange(5.0)
-    y = np.array([[0, 0, 0, 0, 0], [-3, -2, -1, -1, -1], [-6, -6, -6, -6, -6.0]])
-    alone, touching = train_figures._pieces(z, y)
-    assert [piece[:, 0].tolist() for piece in touching] == [[2, 3, 4], [2, 3, 4]]
-    assert [piece[:, 0].tolist() for piece in alone] == [[0, 1, 2], [0, 1, 2], [0, 1, 2, 3, 4]]
+def test_colours_are_those_of_the_numbers_not_of_their_place_in_a_list():
+    for colour, values in ((deborah_colour, [0, 1, 5, 62]), (fraction_colour, [0.002, 0.01])):
+        together = colour(values)
+        assert len(np.unique(together, axis=0)) == len(values)
+        for value, own in zip(values, together, strict=True):
+            assert colour(value).tolist() == own.tolist()
+
+
+def test_figures_are_as_wide_as_a_column_or_a_page(table, train, field):
+    for name, shown in (
+        ("pair_velocity", table),
+        ("relative_velocities_De1", table),
+        ("stress_field", field),
+        ("spacing_De1_phi0.01", train),
+        ("strings_De1_phi0.01", train),
+        ("train_De1_phi0.01", train),
+    ):
+        figure, _ = figures.draw(name, shown, BETA)
+        assert figure.get_figwidth() * 25.4 in (pytest.approx(90), pytest.approx(180)), name
+        sizes = {item.get_fontsize() for item in figure.findobj(Text) if item.get_text()}
+        assert sizes <= {7.0, 8.0, 9.0}, (name, sizes)
 
 
 # ---------------------------------------------------------------------------------------- files
@@ -479,8 +503,8 @@ def test_the_spacing_law_of_a_duct_stands_in_the_figure_of_its_spacings(train):
     def law(data):
         return data.figure.legends[0].get_texts()[0].get_text()
 
-    assert r"$\frac{2}{3}\,(d/D)^2/\phi$" in law(train_figures.spacing(train))
+    assert r"$\frac{2}{3}\,(d/D)^2/\phi$" in law(figures.spacing(train))
     square = CrossSection(RECTANGLE)
     own = train.assign(mean_spacing_law=train["mean_spacing_law"] * math.pi / 4)
-    words = law(train_figures.spacing(own.assign_attrs(square.attributes)))
+    words = law(figures.spacing(own.assign_attrs(square.attributes)))
     assert f"equally spaced: ${math.pi / 6:.3f}\\,(d/D)^2" in words

@@ -142,19 +142,30 @@ def test_vtu_files_open_in_pyvista(solved):
 
 
 def test_sampled_fields_have_the_flow_in_them():
-    field = dns.field(TINY, 1.5, 1.5, 1.0, quiet)
-    z, r = field["z"].values, field["r"].values
-    corners = field["triangles"].values
-    (z1, z2, z3), (r1, r2, r3) = z[corners].T, r[corners].T
-    area = np.abs((z2 - z1) * (r3 - r1) - (z3 - z1) * (r2 - r1)) / 2
-    length, a = float(field["length"]), float(field["confinement"]) / 2
-    exact = length / 2 - 3 * math.pi * a**2 / 2
-    assert area.sum() == pytest.approx(exact, rel=1e-3)  # chords of the curved elements
-    wall = np.isclose(r, 0.5)
-    assert np.abs(field["velocity_z"].values[wall]).max() < 1e-9
+    field = dns.field(TINY, 1.5, 1.5, quiet)
+    assert field["deborah"].values.tolist() == list(TINY.deborah)
+    a, z = float(field["confinement"]) / 2, field["z"] - field["sphere_position"]
+    inside = (np.hypot(z, field["r"]) < a * (1 - 1e-9)).any("sphere")
+    for name in ("velocity_z", "stress_zz"):
+        assert (field[name].isnull().any("deborah") == inside).all()
+    wall = field.sel(deborah=1.0).isel(r=-1)
+    assert np.abs(wall["velocity_z"]).max() < 1e-9
     # near the wall shear makes a tension along the flow, tau_zz > 0, and drags it, tau_zr < 0
-    assert (field["stress_zz"].values[wall] > 0).all()
-    assert (field["stress_zr"].values[wall] < 0).all()
+    assert (wall["stress_zz"] > 0).all() and (wall["stress_zr"] < 0).all()
+    # the spheres' own velocities are those of the fluid at their poles
+    poles = field.sel(deborah=1.0, r=0.0)
+    for sphere in field["sphere"].values:
+        at = float(field["sphere_position"].sel(sphere=sphere)) + 1.02 * a
+        fluid = float(poles["velocity_z"].sel(z=at, method="nearest"))
+        assert fluid == pytest.approx(
+            float(field["sphere_velocity"].sel(deborah=1.0, sphere=sphere)), abs=0.02
+        )
+    # at the ends of the box there is the stress of the flow without spheres, known exactly
+    ends = field.sel(deborah=1.0).isel(z=[0, -1])
+    largest = float(np.abs(ends["undisturbed_stress_zz"]).max())
+    for name in ("zz", "rr", "zr"):
+        error = ends[f"stress_{name}"] - ends[f"undisturbed_stress_{name}"]
+        assert np.abs(error).max() < 0.02 * largest, name
 
 
 # ------------------------------------------------------------------------------- same flows

@@ -14,7 +14,7 @@ from viscotrain.trains.statistics import (
     string_shares,
     touching,
 )
-from viscotrain.trains.variables import rate_in_words
+from viscotrain.trains.variables import rate_in_words, with_errors
 
 
 def array(*repeats):
@@ -163,3 +163,19 @@ def test_the_error_of_a_mode_is_large_where_two_peaks_compete():
 )
 def test_rates_in_words_have_three_digits_and_no_powers(rate, words):
     assert rate_in_words(rate) == words
+
+
+@pytest.mark.parametrize(
+    ("halfwidth", "model", "words"),
+    [
+        (0.004, 0.0, "0.460 +- 0.004 +- 0"),
+        (0.0004, 0.00003, "0.460 +- 0.0004 +- 0.00003"),
+        (0.04, np.nan, "0.460 +- 0.040"),
+    ],
+)
+def test_errors_that_are_not_zero_are_not_written_as_zero(halfwidth, model, words):
+    values = {"x": 0.46, "x_halfwidth": halfwidth, "x_model_error": model}
+    assert (
+        with_errors(xr.Dataset({name: ((), value) for name, value in values.items()}), "x", 3)
+        == words
+    )

@@ -65,7 +65,7 @@ use rule study_figures as velocity_figures with:
                     f"{FIGURES}/stress_field.png",
                     caption="../report/stress_field.rst",
                     category="Velocities",
-                    labels={"figure": "mesh and stress", "De": f"{point.deborah:g}"},
+                    labels={"figure": "change of the stress", "De": "several"},
                 )
                 for point in [STUDY.field_point()]
                 if point
@@ -92,6 +92,11 @@ use rule study_figures as velocity_figures with:
 
 use rule study_figures as train_figures with:
     input:
+        **(
+            {"measured": f"{RESULTS}/measured/De{{deborah}}_phi{{volume_fraction}}.nc"}
+            if MEASURED_SPACINGS
+            else {}
+        ),
         source=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
         units=UNITS,
     output:

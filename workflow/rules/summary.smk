@@ -6,9 +6,14 @@ rule summary:
         table=TABLE,
         units=UNITS,
         conditions=CONDITIONS,
+        spread=SPREAD,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
+        measured=[
+            f"{RESULTS}/measured/{train}.nc" for train in TRAINS if MEASURED_SPACINGS
+        ],
         movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
         maps=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
+        droplets=f"{RESULTS}/encapsulation/encapsulation.nc",
         figures=expand(f"{FIGURES}/{{figure}}.png", figure=ALL_FIGURES),
         timing=[f"{RESULTS}/{stage}/timing/{name}.csv" for stage, name in SIMULATIONS],
     output:

@@ -58,7 +58,7 @@ class TrainsConfig(Section):
     )
     memory: float = key(
         "coefficient c of memory: pairs move (1 + c M) times as fast as at distances that are held,"
-        " with M the memory number. 0 leaves it out; README, Verification, says what was found for "
+        " with M the memory number. 0 leaves it out; docs/memory.md says what was found for "
         "config/paper.yaml",
         symbol="c",
         default=0.0,
@@ -80,6 +80,12 @@ class TrainsConfig(Section):
         "spheres recorded per repeat, after the statistically steady state is reached",
         default=1000,
         ge=1,
+    )
+    measured: str | None = key(
+        "CSV file of measured spacings, relative to the config file, that are compared with those "
+        "of the trains; columns below",
+        default=None,
+        allowed="path",
     )
 
     @property
@@ -153,19 +159,25 @@ class VerificationConfig(Section):
 
 
 class FieldConfig(Section):
-    """The point of the table whose mesh and stress field are drawn."""
+    """The triplet of the table around which the stress field is drawn."""
 
     sp: Distance = key("distance to the trailing sphere, one of table.sp", symbol="sp", unit="d")
     sf: Distance = key("distance to the leading sphere, one of table.sf", symbol="sf", unit="d")
-    deborah: DeborahNumber = key("Deborah number, one of deborah.values", symbol="De", unit="1")
+    deborah: ListOf[DeborahNumber] = key(
+        "Deborah numbers, drawn under each other",
+        symbol="De",
+        unit="1",
+        min_length=1,
+        rule="each one of deborah.values, ascending",
+    )
 
 
 class FiguresConfig(Section):
     """Choices of the figures."""
 
     field: FieldConfig | None = key(
-        "point of the table whose mesh and stress field are drawn; "
-        "null = the closest triplet at the largest De up to 5",
+        "triplet of the table around which the stress field is drawn; "
+        "null = the closest one at up to four De, evenly chosen, none above 31",
         default=None,
     )
 
@@ -208,6 +220,26 @@ class MoviesConfig(Section):
     )
     width: int = key(
         "width of a movie in pixels", default=1280, ge=480, le=3840, multiple_of=2, rule="even"
+    )
+
+
+class EncapsulationConfig(Section):
+    """Droplets that are made where the channel ends, with spheres, here beads, in them."""
+
+    droplet_frequency: float | None = key(
+        "droplets in a second; null = of each condition, the frequency with the most droplets of "
+        "one bead",
+        symbol="F",
+        unit="1/s",
+        default=None,
+        gt=0,
+    )
+    bead_rate: float | None = key(
+        "beads that are wanted in a second, for which the feed at each flow rate is found; "
+        "null = as many as encapsulation.droplet_frequency, if it is given",
+        unit="1/s",
+        default=None,
+        gt=0,
     )
 
 

@@ -85,10 +85,15 @@ class StudyConfigSettings(Settings):
 
 
 class FluidFitSettings(Settings):
-    """The fit of a fluid: number of modes, and solvent viscosity in Pa s, None = to be found."""
+    """The fit of a fluid: number of modes, and what is known in Pa s, s and 1; None = to be found.
+
+    Relaxation times and mobilities are those of the first modes, the slowest one first.
+    """
 
     modes: int | None
     solvent_viscosity: float | None
+    relaxation_times: tuple[float | None, ...]
+    mobilities: tuple[float | None, ...]
 
 
 class CaseSettings(Settings):
@@ -155,7 +160,7 @@ class FlowSettings(CaseSettings):
 
 
 class FieldSettings(FlowSettings):
-    """The flow around one triplet (sp, sf), in d, at one Deborah number."""
+    """The flow around one triplet (sp, sf), in d."""
 
     sp: float
     sf: float
@@ -236,6 +241,14 @@ class TrainsSettings(Settings):
     seed: int
 
 
+class MeasuredSettings(Settings):
+    """What measured spacings may be of: stations in D, De and volume fractions of the trains."""
+
+    station: tuple[float, ...]
+    deborah: tuple[float, ...]
+    volume_fraction: tuple[float, ...]
+
+
 class OrderSettings(Settings):
     """Order of equally spaced trains in a channel of some length, in D."""
 
@@ -273,6 +286,13 @@ class DesignMapSettings(Settings):
     confinement: float
     section: CrossSection
     ordered_variation: float
+
+
+class EncapsulationSettings(Settings):
+    """Droplets in a second, None for the best; beads that are wanted in a second, None for none."""
+
+    droplet_frequency: float | None
+    bead_rate: float | None
 
 
 class SchematicSettings(Settings):
@@ -327,23 +347,30 @@ class UnitsSettings(RheologySettings):
     particle_diameter: float
 
 
-class OperatingConditionsSettings(Settings):
+class OperatingConditionsSettings(RheologySettings):
     """What decides on the validity of a condition: densities in kg/m^3, None of spheres unknown."""
 
-    fluid: Fluid | None
     fluid_density: float
     particle_density: float | None
     section: CrossSection
 
-    @property
-    def known_fluid(self) -> Fluid:
-        """The fluid of a job that computes."""
-        assert self.fluid is not None  # a job has it, by `with_fluid` if fitted
-        return self.fluid
 
-    def with_fluid(self, fluid: Fluid) -> Self:
-        """With the fluid in its place."""
-        return self.model_copy(update={"fluid": fluid})
+class FitSpreadSettings(RheologySettings):
+    """Draws of the fitted fluid in a channel: D in m, length in D; the config that they change."""
+
+    draws: int
+    channel_diameter: float
+    section: CrossSection
+    channel_length: float
+    config: dict[str, Any]
+
+    def relaxation_time(self, fluid: Fluid) -> float:
+        """The one in s that De of the study is defined by; 1 without modes, where De is 0."""
+        if not fluid.modes:
+            return 1.0
+        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
+        share = scaled.mean_relaxation_time if self.mean else 1.0
+        return fluid.longest_relaxation_time * share
 
 
 class FiguresSettings(Settings):

@@ -14,11 +14,14 @@ from viscotrain.config.settings import (
     ClosureGapSettings,
     ClosureTrainSettings,
     DesignMapSettings,
+    EncapsulationSettings,
     FieldSettings,
     FiguresSettings,
     FilmSettings,
+    FitSpreadSettings,
     FlowSettings,
     FluidFitSettings,
+    MeasuredSettings,
     MoviesSettings,
     OperatingConditionsSettings,
     OrderSettings,
@@ -45,8 +48,12 @@ def study_config(study: Study) -> StudyConfigSettings:
 
 def fluid_fit(study: Study) -> FluidFitSettings:
     """The fit of the fluid to measured data."""
+    fit = study.fluid.fit
     return FluidFitSettings(
-        modes=study.fluid.fit.modes, solvent_viscosity=study.fluid.solvent_viscosity
+        modes=fit.modes,
+        solvent_viscosity=study.fluid.solvent_viscosity,
+        relaxation_times=fit.relaxation_times,
+        mobilities=fit.mobilities,
     )
 
 
@@ -80,10 +87,10 @@ def dns(study: Study, sp: float, sf: float) -> FlowSettings:
 
 
 def field(study: Study) -> FieldSettings:
-    """The point of the table whose fields are drawn."""
+    """The triplet of the table whose fields are drawn."""
     point = study.field_point()
     assert point is not None  # or no rule asks for it
-    own = flow(study).at([point.deborah])
+    own = flow(study).at(point.deborah)
     return FieldSettings(**dict(own), sp=point.sp, sf=point.sf)
 
 
@@ -164,6 +171,15 @@ def trains(study: Study) -> TrainsSettings:
     )
 
 
+def measured(study: Study) -> MeasuredSettings:
+    """What measured spacings are compared with."""
+    return MeasuredSettings(
+        station=study.trains.stations,
+        deborah=study.trains.deborah,
+        volume_fraction=study.trains.fractions,
+    )
+
+
 def design_points(study: Study) -> TrainsSettings:
     """Trains of the design map, recorded evenly from inlet to outlet."""
     length, intervals = study.channel.length, study.design_map.stations - 1
@@ -209,6 +225,13 @@ def design_map(study: Study) -> DesignMapSettings:
         section=study.channel.section,
         ordered_variation=study.design_map.ordered_variation,
     )
+
+
+def encapsulation(study: Study) -> EncapsulationSettings:
+    """Beads in droplets."""
+    own = study.encapsulation
+    wanted = own.droplet_frequency if own.bead_rate is None else own.bead_rate
+    return EncapsulationSettings(droplet_frequency=own.droplet_frequency, bead_rate=wanted)
 
 
 def figures(study: Study, name: str = "") -> FiguresSettings:
@@ -266,10 +289,22 @@ def channel_flow(study: Study) -> ChannelFlowSettings:
 def operating_conditions(study: Study) -> OperatingConditionsSettings:
     """What the validity of conditions follows from, besides their files."""
     return OperatingConditionsSettings(
-        fluid=rheology(study).fluid,
+        **dict(rheology(study)),
         fluid_density=study.fluid.density,
         particle_density=study.particle.density,
         section=study.channel.section,
+    )
+
+
+def fit_spread(study: Study) -> FitSpreadSettings:
+    """Fluids drawn from the fit, at the study's flow rates."""
+    return FitSpreadSettings(
+        **dict(rheology(study)),
+        draws=study.fluid.fit.draws,
+        channel_diameter=study.channel.inscribed_diameter,
+        section=study.channel.section,
+        channel_length=study.channel.length,
+        config=study.model_dump(),
     )
 
 

@@ -17,6 +17,7 @@ from viscotrain.config.models import (
 )
 from viscotrain.config.outputs import (
     DesignMapConfig,
+    EncapsulationConfig,
     FieldConfig,
     FiguresConfig,
     MoviesConfig,
@@ -31,7 +32,8 @@ from viscotrain.words import FEWEST_TRAIN_SPHERES
 FIELD_OF_VIEW = 10.0  # of a movie's camera, in D
 MAP_VOLUME_FRACTIONS = (0.002, 0.004, 0.006, 0.01)  # of the design map
 CLOSEST_MAP_SPACING = 2.0  # mean spacing in d, below which injection leaves little to order
-LARGEST_DRAWN_DEBORAH = 5.0  # above, stress strands are too thin to be seen in a figure
+LARGEST_DRAWN_DEBORAH = 31.0  # above, stress strands are too thin to be seen in a figure
+MOST_DRAWN_DEBORAHS = 4
 
 
 class Study(Section):
@@ -53,6 +55,7 @@ class Study(Section):
     figures: FiguresConfig = FiguresConfig()
     movies: MoviesConfig = MoviesConfig()
     design_map: DesignMapConfig = DesignMapConfig()
+    encapsulation: EncapsulationConfig = EncapsulationConfig()
     verification: VerificationConfig = VerificationConfig()
 
     @model_validator(mode="after")
@@ -137,9 +140,9 @@ class Study(Section):
         return fits and spacing >= CLOSEST_MAP_SPACING
 
     def field_point(self) -> FieldConfig | None:
-        """The point of the table whose field is drawn: as configured, else chosen.
+        """The triplet of the table whose field is drawn: as configured, else chosen.
 
-        None where the table is given and no point is: nothing needs to be simulated then.
+        None where the table is given and no triplet is: nothing needs to be simulated then.
         """
         if self.figures.field is not None or self.table.file is not None:
             return self.figures.field
@@ -147,9 +150,11 @@ class Study(Section):
             deborah
             for deborah in self.deborah.values
             if self.deborah_longest_mode(deborah) <= LARGEST_DRAWN_DEBORAH
-        ]
+        ] or self.deborah.values[:1]
+        drawn, last = min(MOST_DRAWN_DEBORAHS, len(moderate)), len(moderate) - 1
+        evenly = [round(n * last / max(drawn - 1, 1)) for n in range(drawn)]
         return FieldConfig(
             sp=self.table.sp[0],
             sf=self.table.sf[0],
-            deborah=moderate[-1] if moderate else self.deborah.values[0],
+            deborah=tuple(moderate[n] for n in evenly),
         )

@@ -38,9 +38,11 @@ from viscotrain.drawing.style import (
     MARKERS,
     PAGE,
     PALE_GREY,
+    SMALL,
     VERMILLION,
     Drawing,
-    colours_of,
+    deborah_colour,
+    fraction_colour,
     styled,
 )
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
@@ -83,7 +85,7 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
     handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for dashes in DASHES]
     labels = [words for _, _, words in laws]
     deborah, beyond = dataset["deborah"].values, _remarks(dataset)
-    for n, (De, colour) in enumerate(zip(deborah, colours_of(len(deborah)), strict=True)):
+    for n, (De, colour) in enumerate(zip(deborah, deborah_colour(deborah), strict=True)):
         own = data[data["deborah"] == De]
         x = own["volume_fraction_percent"] * 1.03 ** (n - (len(deborah) - 1) / 2)
         marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": "", "color": colour}
@@ -192,12 +194,12 @@ def _draw_cells(panels: NDArray, dataset: xr.Dataset):
     _draw_order(panels[1, 1], outlet, float(dataset["length"][-1]))
     _draw_entry(panels[1, 2], outlet)
     for axes in panels.flat:
-        axes.set_title(axes.get_title(), fontsize=7, loc="left", pad=4)
+        axes.set_title(axes.get_title(), fontsize=SMALL, loc="left", pad=4)
         axes.set_title("")
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
     for axes in panels[-1]:
-        axes.set_xlabel(AXES[dataset.attrs["given"]], fontsize=7)
+        axes.set_xlabel(AXES[dataset.attrs["given"]], fontsize=SMALL)
     fractions = 100 * dataset[dataset.attrs["given"]].values
     panels[0, 0].set_xticks(range(fractions.size), [f"{value:g}" for value in fractions])
     panels[0, 0].set_yticks(range(dataset.sizes["deborah"]), _condition_names(dataset))
@@ -297,7 +299,7 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
     given = dataset.attrs["given"]
     z, phi = dataset["station"].values, dataset[given].values
     cm = 100 * CENTIMETRES * float(dataset["channel_diameter"])
-    colours = colours_of(phi.size)
+    colours = fraction_colour(phi)
     for column, De in enumerate(dataset["deborah"].values):
         for row, (name, label, factor) in enumerate(CURVES):
             axes = panels[row, column]

@@ -32,6 +32,7 @@ def draw_with(
     name: str,
     source: Path | None,
     units: Path | None,
+    measured: Path | None = None,
     duct: Path | None = None,
 ) -> Drawing:
     """Make the figure of this name, of the study itself or of what a file holds.
@@ -41,6 +42,7 @@ def draw_with(
         name: File name of the figure, without extension.
         source: The file; measured data for `rheology`.
         units: File with the physical units of the study, for figures of trains.
+        measured: File with measured spacings, for their distribution.
         duct: File with the flow of a duct, for `schematic`.
 
     Raises:
@@ -55,7 +57,10 @@ def draw_with(
     if source is None:
         raise FigureError(f"{name} shows a file; found none")
     physical = xr.load_dataset(units) if units else None
-    return draw(name, xr.load_dataset(source), settings.confinement, physical)
+    dataset = xr.load_dataset(source)
+    if measured:
+        dataset = dataset.assign(xr.load_dataset(measured).data_vars)
+    return draw(name, dataset, settings.confinement, physical)
 
 
 def _on_the_axis(settings: FiguresSettings, duct: Path | None) -> float:

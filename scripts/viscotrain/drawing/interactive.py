@@ -12,13 +12,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.colors import to_hex
 from plotly.offline import get_plotlyjs
 
 from viscotrain.drawing.conventions import DISTANCE_TICKS, distance_coordinate
+from viscotrain.drawing.style import deborah_colour
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
@@ -92,7 +92,7 @@ def _layers(table: xr.Dataset, grid: np.ndarray):
     """What is drawn at each De; without interpolant where the table has holes."""
     velocities = VelocityTable(table)
     missing = list(holes(table))
-    colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.88, len(velocities.deborah)))
+    colours = deborah_colour(velocities.deborah)
     with np.errstate(divide="ignore"):
         s = 1.0 / (1.0 - grid)
     for De, colour in zip(velocities.deborah, colours, strict=True):

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from viscotrain.drawing.style import GREY, MARKERS, PAGE, Drawing, colours_of, styled
+from viscotrain.drawing.style import GREY, MARKERS, PAGE, Drawing, deborah_colour, styled
 from viscotrain.fluid.units import CENTIMETRES
 from viscotrain.trains.order import remaining_variation
 
@@ -38,7 +38,7 @@ def draw_order(
     figure.get_layout_engine().set(wspace=0.06)
     left, right = figure.subplots(1, 2)
     deborah = [De for De in found["deborah"].values if De > 0]
-    colours = colours_of(len(deborah))
+    colours = deborah_colour(deborah)
     for n, (De, colour) in enumerate(zip(deborah, colours, strict=True)):
         _draw_one(left, right, data.sel(deborah=De), n, colour)
     _finish_left(left, data, length, float(units["channel_diameter"]))

@@ -1,6 +1,5 @@
 """The figure of a pair alone: its relative velocity over the distance, at every De."""
 
-import matplotlib
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -22,7 +21,7 @@ from viscotrain.drawing.conventions import (
     power_of_ten,
     velocity_unit,
 )
-from viscotrain.drawing.style import COLUMN, MARKERS, Drawing, styled
+from viscotrain.drawing.style import COLUMN, MARKERS, Drawing, deborah_colour, styled
 from viscotrain.table import pairs
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.memory import remark
@@ -42,7 +41,7 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     power = power_of_ten(limit)
     figure = Figure(figsize=(COLUMN, 3.6), layout="constrained")
     axes = figure.add_subplot()
-    colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.88, len(velocities.deborah)))
+    colours = deborah_colour(velocities.deborah)
     beyond = [remark(table.sel(deborah=De), "pair_memory_number") for De in velocities.deborah]
     for n, (De, colour) in enumerate(zip(velocities.deborah, colours, strict=True)):
         own = data[data["deborah"] == De].assign(

@@ -29,7 +29,7 @@ from viscotrain.drawing.conventions import (
     scientific,
     velocity_unit,
 )
-from viscotrain.drawing.style import GREY, PAGE, PALE_GREY, VERMILLION, Drawing, styled
+from viscotrain.drawing.style import GREY, PAGE, PALE_GREY, SMALL, VERMILLION, Drawing, styled
 from viscotrain.table import memory
 from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import VelocityTable
@@ -129,8 +129,8 @@ def _relative_velocity_data(s, surface, sp, sf, nodes, deborah) -> xr.Dataset:
 def _signed_colour_bar(figure: Figure, panels: list[Axes], shown, label: str):
     bar = figure.colorbar(shown, ax=panels, aspect=28, pad=0.035, ticks=MaxNLocator(8, symmetric=1))
     bar.set_label(label)
-    bar.ax.set_title("\n".join(REPULSION), color=REPULSION_COLOUR, fontsize=7)
-    bar.ax.set_xlabel("\n".join(ATTRACTION), color=ATTRACTION_COLOUR, fontsize=7)
+    bar.ax.set_title("\n".join(REPULSION), color=REPULSION_COLOUR, fontsize=SMALL)
+    bar.ax.set_xlabel("\n".join(ATTRACTION), color=ATTRACTION_COLOUR, fontsize=SMALL)
 
 
 def _draw_surface(axes: Axes, x: NDArray, values: NDArray, norm: Normalize):
@@ -236,16 +236,16 @@ def _draw_triplet(axes: Axes, words: str):
     places = (-0.8, 1.2, 3.0)
     for n, z in enumerate(places):
         axes.add_patch(Circle((z, 0), 0.36, facecolor="#DDDDDD", edgecolor="black", lw=0.6))
-        axes.text(z, -0.03, str(n + 1), ha="center", va="center", fontsize=7)
+        axes.text(z, -0.03, str(n + 1), ha="center", va="center", fontsize=SMALL)
     for left, right, name in ((0, 1, "$s_p$"), (1, 2, "$s_f$")):
         ends = {"xy": (places[right], 0.5), "xytext": (places[left], 0.5)}
         style = {"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
         axes.annotate("", **ends, arrowprops=style)
         middle = (places[left] + places[right]) / 2
-        axes.text(middle, 0.12, name, ha="center", va="center", fontsize=7)
+        axes.text(middle, 0.12, name, ha="center", va="center", fontsize=SMALL)
     arrow = {"arrowstyle": "-|>", "lw": 1.0, "color": "black"}
     axes.annotate("", (-1.8, 0), (-2.7, 0), arrowprops=arrow)
-    axes.text(-2.8, 0, "flow", ha="right", va="center", fontsize=7)
+    axes.text(-2.8, 0, "flow", ha="right", va="center", fontsize=SMALL)
     axes.text(-4.8, 0, words, ha="right", va="center")
     names = "1 trailing, 2 middle, 3 leading;\n$s$ = \N{INFINITY}: sphere not there"
     axes.text(4.8, 0, names, ha="left", va="center")

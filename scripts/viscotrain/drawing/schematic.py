@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from viscotrain.config.settings import SchematicSettings
-from viscotrain.drawing.style import GREY, PAGE, STYLE, Drawing, styled
+from viscotrain.drawing.style import GREY, PAGE, SMALL, STYLE, Drawing, styled
 from viscotrain.flow.geometry import Geometry
 from viscotrain.fluid.parameters import CHANNEL_RADIUS
 from viscotrain.words import PARTICLES
@@ -146,7 +146,7 @@ def _draw_triplet(axes: Axes, data: xr.Dataset):
             (position + {"trailing": -0.25, "middle": 0, "leading": 0.25}[name], -0.37),
             ha="center",
             va="center",
-            fontsize=7,
+            fontsize=SMALL,
             arrowprops={"arrowstyle": "-", "lw": 0.4, "color": GREY, "shrinkB": 0},
         )
     for left, right, name in zip(z[:-1], z[1:], ("$s_p\\,d$", "$s_f\\,d$"), strict=True):
@@ -157,13 +157,13 @@ def _draw_triplet(axes: Axes, data: xr.Dataset):
     _measure(axes, (leading, -beta / 2), (leading, beta / 2), "$d$", (0.07, 0))
     _measure(axes, (start + 0.55, -0.5), (start + 0.55, 0.5), "$D$", (0.09, 0.25))
     axes.annotate("", (start + 1.25, 0), (start + 0.8, 0), arrowprops=FLOW)
-    axes.text(start + 1.02, 0.1, "flow, $Q$", ha="center", fontsize=7)
+    axes.text(start + 1.02, 0.1, "flow, $Q$", ha="center", fontsize=SMALL)
     axes.plot([start, end], [0, 0], color=GREY, lw=0.5, ls=(0, (6, 3, 1, 3)), zorder=1)
     for place in (start, end):
         axes.plot([place, place], [-0.5, 0.5], color=GREY, lw=1, ls="--")
-    axes.text(start + 0.05, -0.42, "inflow", fontsize=7)
-    axes.text(end - 0.05, -0.42, "outflow", ha="right", fontsize=7)
-    axes.text(end - 0.05, 0.38, "periodic up to the pressure drop", ha="right", fontsize=7)
+    axes.text(start + 0.05, -0.42, "inflow", fontsize=SMALL)
+    axes.text(end - 0.05, -0.42, "outflow", ha="right", fontsize=SMALL)
+    axes.text(end - 0.05, 0.38, "periodic up to the pressure drop", ha="right", fontsize=SMALL)
     inside = ", in the inscribed tube" if "channel" in data.attrs else ""
     title = (
         f"triplet of the simulation{inside}: "
@@ -197,22 +197,22 @@ def _draw_train(axes: Axes, data: xr.Dataset):
         _measure(axes, (entering[left], 0.22), (entering[right], 0.22), name, (0, 0.1))
     for place in entering[n - 1 : n + 2]:
         axes.plot([place, place], [0, 0.25], color=GREY, lw=0.4)
-    axes.text(entering[n], -0.26, "$i$", ha="center", fontsize=7)
-    axes.text(entering[n - 1], -0.26, "$i-1$", ha="center", fontsize=7)
-    axes.text(entering[n + 1], -0.26, "$i+1$", ha="center", fontsize=7)
+    axes.text(entering[n], -0.26, "$i$", ha="center", fontsize=SMALL)
+    axes.text(entering[n - 1], -0.26, "$i-1$", ha="center", fontsize=SMALL)
+    axes.text(entering[n + 1], -0.26, "$i+1$", ha="center", fontsize=SMALL)
     last = leaving + shift
     _measure(axes, (last[-2], 0.22), (last[-1], 0.22), "$s^*d$", (0, 0.1))
     for place in last[-2:]:
         axes.plot([place, place], [0, 0.25], color=GREY, lw=0.4)
     for place, name in ((0.0, "inlet, $z$ = 0"), (end, f"outlet, $z$ = {length:g} $D$")):
         axes.plot([place, place], [-0.5, 0.5], color=GREY, lw=1, ls="--")
-        axes.text(place, -0.68, name, ha="center", va="center", fontsize=7)
+        axes.text(place, -0.68, name, ha="center", va="center", fontsize=SMALL)
     axes.annotate("", (-0.1, 0), (-0.55, 0), arrowprops=FLOW)
-    axes.text(-0.35, 0.12, "inflow", ha="center", fontsize=7)
+    axes.text(-0.35, 0.12, "inflow", ha="center", fontsize=SMALL)
     axes.annotate("", (end + 0.6, 0), (end + 0.15, 0), arrowprops=FLOW)
-    axes.text(end + 0.38, 0.12, "outflow", ha="center", fontsize=7)
-    axes.text(entering[1:].mean(), -0.43, "enters at random distances", ha="center", fontsize=7)
-    axes.text(last.mean(), -0.43, "ordered: the mean spacing", ha="center", fontsize=7)
+    axes.text(end + 0.38, 0.12, "outflow", ha="center", fontsize=SMALL)
+    axes.text(entering[1:].mean(), -0.43, "enters at random distances", ha="center", fontsize=SMALL)
+    axes.text(last.mean(), -0.43, "spacings even out, if they do", ha="center", fontsize=SMALL)
     phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
     spacing = float(data["mean_spacing"]) / beta
     title = (
@@ -245,7 +245,7 @@ def _draw_section(axes: Axes, data: xr.Dataset, end: float):
     _measure(axes, (middle, -R), (middle, R), "", (0, 0))
     axes.text(middle + 0.06, 0.3, "$D$", fontsize=STYLE["font.size"], va="center")
     words = f"section: {data.attrs['channel'].partition(':')[0]}\n(dashed: simulated)"
-    axes.text(middle, -0.68, words, ha="center", va="center", fontsize=6)
+    axes.text(middle, -0.68, words, ha="center", va="center", fontsize=SMALL)
 
 
 def _draw_channel(axes: Axes, start: float, end: float):

@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from viscotrain.drawing.conventions import train_conditions
-from viscotrain.drawing.style import COLUMN, STYLE, VERMILLION, Drawing, styled
+from viscotrain.drawing.style import COLUMN, SMALL, STYLE, VERMILLION, Drawing, styled
 from viscotrain.drawing.train_figures import kept
 from viscotrain.trains.statistics import LONGEST_STRING, TOUCHING
 
@@ -79,4 +79,4 @@ def _draw_strings(axes: Axes, data: xr.Dataset, colours):
     axes.set_ylabel("share of spheres [%]")
     alone = 100 * data["string_share"].isel(station=-1, string_length=0)
     words = f"singlets, at the last station: {float(alone):.1f} %"
-    axes.text(0.98, 0.95, words, ha="right", va="top", fontsize=7, transform=axes.transAxes)
+    axes.text(0.98, 0.95, words, ha="right", va="top", fontsize=SMALL, transform=axes.transAxes)

@@ -1,7 +1,8 @@
 """The style of all figures: fonts, widths, colours, and what a drawing is.
 
-Colours are safe for the colour-blind: viridis, RdBu_r where signs count, those of Okabe and Ito for
-lines. Figures are made without pyplot, so that importing this room changes no backend or setting.
+Colours are safe for the colour-blind: a Deborah number has the same one of viridis and a volume
+fraction the same one of plasma in every figure; RdBu_r where signs count, Okabe and Ito for lines.
+Figures are made without pyplot, so that importing this room changes no backend or setting.
 """
 
 import functools
@@ -13,7 +14,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 STYLE = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same figure on every machine
@@ -36,9 +37,12 @@ STYLE = {
     "pdf.fonttype": 42,  # text stays text
     "savefig.dpi": 200,
 }
-COLUMN, PAGE = 3.5, 7.2  # widths of figures in inches
+COLUMN, PAGE = 90 / 25.4, 180 / 25.4  # widths of figures in inches, as papers print them
+SMALL = 7  # size of text in a figure, as that of ticks and legends
 BLUE, VERMILLION, GREY, PALE_GREY = "#0072B2", "#D55E00", "#777777", "#CCCCCC"  # Okabe and Ito
 MARKERS = "osD^vP*X"
+DARKEST_TO_BRIGHTEST_DEBORAH = 100.0  # from 0; larger ones have the colour of this one
+FRACTIONS = 1e-3, 5e-2  # volume fractions of the first and of the last colour
 
 
 class Drawing(NamedTuple):
@@ -49,8 +53,21 @@ class Drawing(NamedTuple):
 
 
 def colours_of(count: int) -> NDArray:
-    """A colour for each of so many Deborah numbers or volume fractions, shape (count, 4)."""
+    """A colour for each of so many things that are neither; shape (count, 4)."""
     return matplotlib.colormaps["viridis"](np.linspace(0, 0.85, count))
+
+
+def deborah_colour(deborah: ArrayLike) -> NDArray:
+    """The colour of a Deborah number, the same in every figure; shape (..., 4)."""
+    place = np.log1p(np.asarray(deborah, dtype=float)) / np.log1p(DARKEST_TO_BRIGHTEST_DEBORAH)
+    return np.asarray(matplotlib.colormaps["viridis"](np.clip(place, 0, 1) * 0.9))
+
+
+def fraction_colour(volume_fraction: ArrayLike) -> NDArray:
+    """The colour of a volume fraction, the same in every figure; shape (..., 4)."""
+    low, high = np.log(FRACTIONS)
+    place = (np.log(np.asarray(volume_fraction, dtype=float)) - low) / (high - low)
+    return np.asarray(matplotlib.colormaps["plasma"](np.clip(place, 0, 1) * 0.9))
 
 
 def styled(function: Callable) -> Callable:

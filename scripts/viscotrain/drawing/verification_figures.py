@@ -19,6 +19,7 @@ from viscotrain.drawing.style import (
     VERMILLION,
     Drawing,
     colours_of,
+    deborah_colour,
     styled,
 )
 from viscotrain.studies.accuracy import (
@@ -203,7 +204,7 @@ def _draw_errors(error: Axes, share: Axes, spacing: pd.DataFrame):
     deborahs = sorted(spacing["deborah"].unique())
     sizes = spacing.assign(error=spacing["error"].abs(), direct=spacing["direct"].abs())
     worst = sizes.groupby(["closure", "deborah", "gap"])[["error", "direct"]].max()
-    for n, (De, colour) in enumerate(zip(deborahs, colours_of(len(deborahs)), strict=True)):
+    for n, (De, colour) in enumerate(zip(deborahs, deborah_colour(deborahs), strict=True)):
         marker = {"marker": MARKERS[n], "ms": 4, "color": colour}
         for name, style in MODELS.items():
             found, line = worst.loc[name, De], marker | {"ls": style["ls"], "lw": style["lw"]}

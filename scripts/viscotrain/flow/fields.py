@@ -1,6 +1,5 @@
-"""Fields of one solution: sampled on the curved elements for figures, or as VTU for ParaView."""
+"""Fields of one solution: sampled on an even grid for figures, or as VTU for ParaView."""
 
-import itertools
 from pathlib import Path
 
 import ngsolve
@@ -11,7 +10,9 @@ from ngsolve import ET, VOL, IntegrationRule, VTKOutput
 from viscotrain.flow import giesekus
 from viscotrain.flow.axisymmetry import Tensor, r, z
 from viscotrain.flow.discretisation import Flow
+from viscotrain.fluid.parameters import CHANNEL_RADIUS
 
+STEP = 0.005  # of the grid, in D, about
 SUBDIVISION = 4  # pieces of an element's edge in a figure
 VTU_SUBDIVISION = 2  # levels of refinement in a VTU file
 
@@ -25,6 +26,8 @@ NAMES = {  # CF long names; lengths in D, velocities in Ubar, stresses in eta_0 
     "stress_rr": "radial normal polymer stress over stress scale",
     "stress_tt": "azimuthal normal polymer stress over stress scale",
     "stress_zr": "polymer shear stress over stress scale",
+    "edge_z": "z of points along the edges of the elements",
+    "edge_r": "r of points along the edges of the elements",
 }
 
 
@@ -45,61 +48,54 @@ def quantities(flow: Flow) -> dict[str, ngsolve.CoefficientFunction]:
 
 
 def sample(flow: Flow) -> xr.Dataset:
-    """Values on a lattice of `SUBDIVISION` pieces per element edge, elements apart.
+    """Values on an even grid of about `STEP`, from end to end and from the axis to the wall.
 
     Returns:
-        Dataset with the variables of `NAMES` (point), `triangles` (triangle, corner) between
-        points, and `edges` (edge, edge_point), the polylines of the element edges.
+        Dataset over (r, z) with the variables of `NAMES`, NaN in the spheres, `edge_z` and `edge_r`
+        (edge, edge_point), the polylines of the element edges, and `sphere_position` (sphere).
     """
-    lattice = [(i, j) for i in range(SUBDIVISION + 1) for j in range(SUBDIVISION + 1 - i)]
-    index = {node: k for k, node in enumerate(lattice)}
-    reference = IntegrationRule(
-        points=[(i / SUBDIVISION, j / SUBDIVISION) for i, j in lattice],
-        weights=[0.0] * len(lattice),
-    )
-    points = flow.mesh.MapToAllElements({ET.TRIG: reference}, VOL)
-    values = {"z": z, "r": r} | quantities(flow)
-    offsets = len(lattice) * np.arange(flow.mesh.ne)[:, None, None]
-    triangles = np.array(
-        [[index[n] for n in corners] for corners in _small_triangles()], dtype=np.int32
-    )
-    n = SUBDIVISION
-    sides = [[(k, 0) for k in range(n + 1)], [(0, k) for k in range(n + 1)]]
-    sides.append([(k, n - k) for k in range(n + 1)])
-    edges = np.array([[index[node] for node in side] for side in sides], dtype=np.int32)
+    length = flow.geometry.length
+    places = {
+        "r": np.linspace(0.0, CHANNEL_RADIUS, round(CHANNEL_RADIUS / STEP) + 1),
+        "z": np.linspace(0.0, length, round(length / STEP) + 1),
+    }
+    radius, along = np.meshgrid(*places.values(), indexing="ij")
+    points = flow.mesh(along.ravel(), radius.ravel())
+    found = points["nr"] >= 0  # the others are in spheres
+    sampled = {}
+    for name, f in quantities(flow).items():
+        values = np.full(found.size, np.nan)
+        values[found] = np.asarray(f(points[found])).ravel()
+        sampled[name] = (("r", "z"), values.reshape(along.shape), _attributes(name))
     return xr.Dataset(
-        {
-            name: ("point", np.asarray(f(points)).ravel(), _attributes(name))
-            for name, f in values.items()
+        sampled
+        | {
+            name: (("edge", "edge_point"), values, _attributes(name))
+            for name, values in zip(("edge_z", "edge_r"), _edges(flow.mesh), strict=True)
         }
         | {
-            "triangles": (
-                ("triangle", "corner"),
-                (offsets + triangles).reshape(-1, 3).astype(np.int32),
-                {"long_name": "points at the corners of triangles"},
-            ),
-            "edges": (
-                ("edge", "edge_point"),
-                (offsets + edges).reshape(-1, n + 1).astype(np.int32),
-                {"long_name": "points along the edges of the elements"},
-            ),
             "sphere_position": (
                 "sphere",
                 list(flow.geometry.positions),
                 {"long_name": "position of the centre over channel diameter", "units": "1"},
             ),
         },
-        coords={"sphere": list(flow.geometry.spheres)},
+        coords={name: (name, values, _attributes(name)) for name, values in places.items()}
+        | {"sphere": list(flow.geometry.spheres)},
     )
 
 
-def _small_triangles():
-    """Lattice nodes at the corners of the pieces of a triangle."""
-    for i, j in itertools.product(range(SUBDIVISION), repeat=2):
-        if i + j < SUBDIVISION:
-            yield (i, j), (i + 1, j), (i, j + 1)
-        if i + j < SUBDIVISION - 1:
-            yield (i + 1, j), (i + 1, j + 1), (i, j + 1)
+def _edges(mesh: ngsolve.Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Z and r of points along the three edges of every element, shape (edge, edge_point)."""
+    share = np.linspace(0.0, 1.0, SUBDIVISION + 1)
+    sides = np.concatenate(
+        [np.stack(side, axis=1) for side in ((share, 0 * share), (0 * share, share))]
+        + [np.stack([share, 1 - share], axis=1)]
+    )
+    rule = IntegrationRule(points=[tuple(point) for point in sides], weights=[0.0] * len(sides))
+    points = mesh.MapToAllElements({ET.TRIG: rule}, VOL)
+    shape = -1, SUBDIVISION + 1
+    return np.asarray(z(points)).reshape(shape), np.asarray(r(points)).reshape(shape)
 
 
 def _attributes(name: str) -> dict[str, str]:

@@ -1,8 +1,7 @@
 r"""Flow through the channel without spheres, at each Deborah number: what a pump and a wall see.
 
-Of a tube by integrals over the shear rate (`fluid.pipe`), of a duct by finite elements
-(`flow.duct`). In units of D, Ubar and eta_0: multiply by the factors of `fluid.units`. The shear
-rate at the wall of a tube is that at which the stress is G D/4.
+Of a tube by integrals over the shear rate (`fluid.pipe`, `fluid.wall`), of a duct by finite
+elements (`flow.duct`). In units of D, Ubar and eta_0: multiply by the factors of `fluid.units`.
 """
 
 import math
@@ -10,14 +9,14 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import brentq
 
 from viscotrain.errors import FluidError
 from viscotrain.flow.duct import DuctFlow, rectangle_flow
 from viscotrain.fluid.channel import CrossSection
 from viscotrain.fluid.parameters import DimensionlessFluid
-from viscotrain.fluid.pipe import LARGEST_WALL_SHEAR_RATE, pipe_flow
+from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.shear import shear_viscosity
+from viscotrain.fluid.wall import wall_shear_rate
 from viscotrain.trains.variables import described
 from viscotrain.words import DEBORAH_NUMBERS
 
@@ -73,14 +72,9 @@ def _one(fluid: DimensionlessFluid, De: float, section: CrossSection) -> tuple[D
         if section.is_duct:
             return rectangle_flow(fluid, De, section.aspect_ratio), ""
         flow = pipe_flow(fluid, De)
+        at_wall = wall_shear_rate(fluid, De, flow)
     except FluidError as error:
         return UNKNOWN, str(error)
-    wanted = flow.pressure_gradient / 4
-
-    def excess(rate: float) -> float:
-        return float(shear_viscosity(np.array(rate), fluid, De)) * rate - wanted
-
-    at_wall = brentq(excess, 0.0, LARGEST_WALL_SHEAR_RATE, xtol=1e-12)
     return DuctFlow(*flow, at_wall, at_wall), ""
 
 

@@ -24,7 +24,7 @@ from viscotrain.flow import fields, quasi_steady
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.geometry import Geometry
 from viscotrain.flow.meshes import MeshOptions, Sizes, make_mesh
-from viscotrain.fluid.pipe import PipeFlow, pipe_flow
+from viscotrain.fluid.pipe import PipeFlow, pipe_flow, polymer_stress
 from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.words import INACCURATE, NOT_ATTEMPTED, NOT_CONVERGED, PAIRS, PARTICLES, SOLVED
 
@@ -48,6 +48,8 @@ OWN_ATTRIBUTES = {
     "confinement": {"long_name": "sphere over channel diameter", "units": "1"},
     "reason": {"long_name": "why there is no solution, or none that is accurate"},
 }
+
+SPHERE_VELOCITY = {"long_name": "velocity of a sphere over mean velocity", "units": "1"}
 
 
 def triplet(study: FlowSettings, sp: float, sf: float) -> Geometry:
@@ -135,24 +137,46 @@ def solve_geometry(
     return result, timing
 
 
-def field(study: FlowSettings, sp: float, sf: float, deborah: float, report: Report) -> xr.Dataset:
-    """Mesh, velocity, pressure and stress at one point of the table; see `fields.sample`.
+def field(study: FlowSettings, sp: float, sf: float, report: Report) -> xr.Dataset:
+    """Velocity, pressure and stress around one triplet at the Deborah numbers of the settings.
+
+    Returns:
+        Those of `fields.sample` over (deborah, r, z), with the mesh of the largest De, the
+        velocities of the spheres, and the stress of the flow without spheres (deborah, r).
 
     Raises:
-        SolutionError: The point did not converge.
+        SolutionError: A point did not converge.
     """
-    ((_, solution),) = solutions(study.at([deborah]), triplet(study, sp, sf))
-    reason = explanation(study, deborah, solution)
-    report(_line(deborah, solution, reason))
-    if not solution.solved:
-        raise SolutionError(f"{geometry_name(sp, sf)}: {reason}")
-    sampled = fields.sample(solution.flow)
-    sampled = sampled.assign(
-        {"sp": sp, "sf": sf, "deborah": deborah, "confinement": study.confinement}
+    layers, last = [], None
+    for De, solution in solutions(study, triplet(study, sp, sf)):
+        reason = explanation(study, De, solution, last)
+        report(_line(De, solution, reason))
+        if not solution.solved:
+            raise SolutionError(f"{geometry_name(sp, sf)}: {reason}")
+        last = De
+        layer = fields.sample(solution.flow).assign_coords(deborah=De)
+        layer["sphere_velocity"] = "sphere", list(solution.velocities.values()), SPHERE_VELOCITY
+        layers.append(layer.assign(_undisturbed_stress(study, De, layer["r"])))
+    same = ["edge_z", "edge_r", "sphere_position"]  # or that of the largest De
+    return (
+        xr.concat([layer.drop_vars(same) for layer in layers], "deborah")
+        .assign({name: layers[-1][name].drop_vars("deborah") for name in same})
+        .assign(sp=sp, sf=sf, confinement=study.confinement)
+        .assign_attrs(title=f"fields, {geometry_name(sp, sf)}")
     )
-    sampled["length"] = solution.flow.geometry.length
-    title = f"fields at De = {deborah:g}, {geometry_name(sp, sf)}"
-    return sampled.assign_attrs(title=title)
+
+
+def _undisturbed_stress(study: FlowSettings, De: float, r: xr.DataArray) -> dict:
+    """Stress without spheres, by the names of `fields.NAMES`."""
+    stress = polymer_stress(study.known_fluid, study.deborah_longest_mode(De), r.values)
+    return {
+        f"undisturbed_stress_{name}": (
+            "r",
+            values,
+            {"long_name": f"{fields.NAMES[f'stress_{name}']}, without spheres", "units": "1"},
+        )
+        for name, values in stress._asdict().items()
+    }
 
 
 def explanation(

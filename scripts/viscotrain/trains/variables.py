@@ -25,7 +25,7 @@ def with_errors(
         dataset: Holds the statistic, as a single number, and what is known of its `_halfwidth`
             and `_model_error`.
         name: Of the statistic.
-        decimals: Of the number; errors that would round to 0 have one more if that shows them.
+        decimals: Of the number; errors that would round to 0 have up to two more.
         factor: 100 for per cent.
         between: What stands between them.
 
@@ -39,6 +39,6 @@ def with_errors(
     for end in ("_halfwidth", "_model_error"):
         error = factor * float(dataset[name + end]) if name + end in dataset else math.nan
         if math.isfinite(error):
-            more = decimals + (0.05 <= error * 10.0**decimals < 0.5)
-            words.append(f"{error:.{more}f}")
+            shown = (f"{error:.{decimals + more}f}" for more in range(3))
+            words.append(next((text for text in shown if float(text) > 0), "0"))
     return between.join(words)
