@@ -37,6 +37,7 @@ One YAML file describes one study. Run it with
 | `paper.yaml` | the full table, up to De = 62 |
 | `study_trains.yaml` | trains at the conditions of the study, by its finished table |
 | `square.yaml` | a square channel, by the same table |
+| `confinement.yaml` | four sphere diameters in one channel, compared; ten minutes |
 | `tiny.yaml` | every stage in under a minute on a coarse mesh; for tests only |
 
 A wrong config stops the workflow before its first job, with one message that names every problem:

@@ -7,9 +7,9 @@ default stand. What a single key may hold stands in the models, what keys must a
 Nothing in this room imports NGSolve or numpy: the workflow reads it for every job.
 """
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import model_serializer
+from pydantic import Field, WithJsonSchema, model_serializer
 
 from viscotrain.config.keys import (
     DeborahNumber,
@@ -182,14 +182,33 @@ class ChannelConfig(Section):
         return CrossSection(RECTANGLE, max(self.sides) / min(self.sides))
 
 
-class ParticleConfig(Section):
-    """The spheres, all equal."""
+_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
+# One number here; a config with several of them is several studies, see `sweep`.
+Diameter = Annotated[
+    float,
+    Field(gt=0),
+    WithJsonSchema(_POSITIVE | {"type": ["number", "array"], "items": _POSITIVE, "minItems": 2}),
+]
 
-    diameter: float = key(
-        "diameter of the spheres, less than that of the channel or its smaller side",
+
+class ParticleConfig(Section):
+    """The spheres: all equal, or of diameters that vary about a mean."""
+
+    diameter: Diameter = key(
+        "mean diameter of the spheres, less than channel.diameter; of several, everything is made "
+        "for each in `results/<study>/beta<d/D>/`, and compared",
         symbol="d",
         unit="m",
-        gt=0,
+        allowed="number > 0, or list of at least 2 of them, ascending",
+    )
+    diameter_variation: float = key(
+        "coefficient of variation of the diameters in trains: normally distributed, cut at three "
+        "standard deviations. A sphere's velocity follows its diameter to first order; 0 = all "
+        "equal",
+        unit="1",
+        default=0.0,
+        ge=0,
+        le=0.1,
     )
     density: float | None = key(
         "density of the spheres; with it the summary says how far they settle",

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import simulated, wanted
+from viscotrain.config.geometries import diameter_ratios, simulated, wanted
 from viscotrain.config.names import train_name
 from viscotrain.config.study import Study
 from viscotrain.flow import continuation, quasi_steady
@@ -28,7 +28,13 @@ from viscotrain.jobs.digests import digest
 from viscotrain.jobs.grouping import MINUTES
 from viscotrain.jobs.progress import Point, outcomes
 from viscotrain.jobs.provenance import made_with
-from viscotrain.jobs.resources import OTHERS, megabytes, megabytes_for, train_seconds
+from viscotrain.jobs.resources import (
+    OTHERS,
+    megabytes,
+    megabytes_for,
+    train_seconds,
+    variation_seconds,
+)
 from viscotrain.table.triplets import Triplet
 from viscotrain.words import has_solution
 
@@ -263,6 +269,7 @@ def cost_of(
             flows,
             _stage("table", [0.0] * bool(flows.jobs), OTHERS["table"]),
             _stage("trains", trains, OTHERS["trains"]),
+            _stage("diameter_variation", [variation_seconds(study)], OTHERS["trains"]),
             _stage("design_map", [*points.values(), *[0.0] * bool(points)], OTHERS["trains"]),
             _stage("movies", [*[0.0] * films, *[FRAME * frames] * films], OTHERS["movies"]),
             # Of the study, of velocities and of every train; then order, units, config, page,
@@ -285,6 +292,9 @@ def _flows(
     groups = [[geometry] for geometry in left] if transient else grouping.jobs(study, minutes)
     jobs = [sum(left.get(geometry, 0.0) for geometry in group) for group in groups]
     jobs = [seconds for seconds in jobs if seconds]
+    if jobs and study.table.file is None:  # single spheres of other diameters
+        sphere = flow_seconds(study, (math.inf, math.inf), study.deborah.values, model, own)
+        jobs += [sphere] * len(diameter_ratios(study))
     if jobs and study.field_point():
         jobs.append(float(np.mean(list(left.values()))))
     largest = study.deborah_longest_mode(max(study.deborah.values))
@@ -324,9 +334,7 @@ def estimate(
     study: Study, results: Path, cores: int, measured: pd.DataFrame, minutes: float = MINUTES
 ) -> str:
     """The whole estimate as text; for the arguments see `cost_of`."""
-    work = work_of(study, results)
-    own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
-    cost = cost_of(study, work, own, measured, minutes)
+    work, own, cost = counted(study, results, measured, minutes)
     simulated_points = sum(map(len, work.flows.values()))
     left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
     table = sum(len({*study.geometries, *wanted(study, De)}) for De in study.deborah.values)
@@ -341,12 +349,28 @@ def estimate(
         + f"; {trains - trains_left} trains",
         f"  left         {left} geometries, {points_left} points, {trains_left} trains",
         *(_row(stage) for stage in cost.stages if stage.jobs),
-        f"  expected     {cost.together / 3600:.2f} core-hours in {cost.jobs} jobs, "
-        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}",
+        expected(cost, cores),
     ]
     if left:
         lines.append(f"  rests on     {basis_of(study, own)}")
     return "\n".join(lines)
+
+
+def counted(
+    study: Study, results: Path, measured: pd.DataFrame, minutes: float
+) -> tuple[Work, pd.DataFrame, Cost]:
+    """What there is to do, times of the study's own geometries, and what is left to pay."""
+    work = work_of(study, results)
+    own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
+    return work, own, cost_of(study, work, own, measured, minutes)
+
+
+def expected(cost: Cost, cores: int) -> str:
+    """The line about all of it."""
+    return (
+        f"  expected     {cost.together / 3600:.2f} core-hours in {cost.jobs} jobs, "
+        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}"
+    )
 
 
 def _row(stage: StageCost) -> str:

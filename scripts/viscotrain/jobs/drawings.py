@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
+from viscotrain import files
 from viscotrain.drawing.style import STYLE, Drawing, styled
 from viscotrain.jobs import datasets
 
@@ -31,18 +32,19 @@ def save(
         note: A line below the figure, which becomes as much higher, and `channel` of the data.
     """
     stem = Path(stem)
-    stem.parent.mkdir(parents=True, exist_ok=True)
     table = isinstance(drawing.data, pd.DataFrame)
     # with_suffix would cut names at their decimal point
     paths = [
         stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")
     ]
     around: dict[str, Any] = _with_note(drawing.figure, note) if note else {}
-    drawing.figure.savefig(paths[0], metadata={"Software": None}, **around)
+    with files.whole(paths[0]) as part:
+        drawing.figure.savefig(part, metadata={"Software": None}, **around)
     drawing.figure.set_layout_engine("none")  # found once; the PDF has that of the PNG
-    drawing.figure.savefig(paths[1], metadata=HIDDEN, **around)
-    if table:
-        drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
+    with files.whole(paths[1]) as part:
+        drawing.figure.savefig(part, metadata=HIDDEN, **around)
+    if isinstance(drawing.data, pd.DataFrame):
+        datasets.write_csv(drawing.data, paths[2])
     else:
         own = dict(drawing.data.attrs if attributes is None else attributes)
         marked = {"channel": note} if note else {}
