@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Annotated
 
 from viscotrain.config import stages
-from viscotrain.config.settings import FiguresSettings
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+)
 from viscotrain.drawing import figures
 from viscotrain.jobs import drawings
 from viscotrain.jobs.entry import Duct, Job, folder_of, made, run, taken

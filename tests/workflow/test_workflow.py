@@ -67,7 +67,7 @@ def test_a_square_channel_needs_no_simulation_either(planned):
 @pytest.mark.parametrize("config", COMPUTED)
 def test_every_shipped_config_has_a_plan(config, planned):
     study = load_study(CONFIG / config)
-    number_of_trains = len(study.trains.deborah) * len(study.trains.fractions)
+    number_of_trains = len(study.train_deborahs) * len(study.trains.fractions)
     triplets = (len(study.table.sp) - 1) ** 2
     jobs, geometries = planned("--configfile", f"config/{config}")
     assert jobs == AFTER_DNS | {

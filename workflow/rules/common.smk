@@ -22,36 +22,23 @@ from viscotrain.config.names import (
     sphere_name,
     train_name,
 )
-from viscotrain.config.reading import (
-    data_files,
-    fitted_fluid_file,
-    measured_file,
-    read_yaml,
-    table_file,
-)
-from viscotrain.config.sweep import beta_name, config_of, parse_studies
+from viscotrain.config.reading import check_verification, fitted_fluid_file
+from viscotrain.config.sweep import beta_name, config_of
 from viscotrain.errors import ConfigError
-from viscotrain.jobs import grouping, resources
+from viscotrain.jobs import grouping, intake, resources
 from viscotrain.jobs.digests import digest
 
 # ------------------------------------------------------------------------------------ the study
 
-# Work in a job of several geometries: a matter of the machine, so its profile says it.
-JOB_MINUTES = config.pop("job_minutes", grouping.MINUTES)
-
 try:
-    STUDIES = parse_studies(
-        config,
-        source=", ".join(map(str, workflow.configfiles)),
-        known_problems=[
-            line for path in workflow.configfiles for line in read_yaml(path)[1]
-        ],
+    # Work in a job of several geometries: a matter of the machine, so its profile says it.
+    JOB_MINUTES = intake.minutes_of_a_job(config, grouping.MINUTES)
+    config.pop("job_minutes", None)
+    STUDIES, MEASURED, GIVEN_TABLE, MEASURED_SPACINGS = intake.read(
+        config, workflow.configfiles
     )
     # The only one; or the first of a sweep, for what they share.
     STUDY = STUDIES[0]
-    MEASURED = data_files(STUDY, workflow.configfiles[-1])
-    GIVEN_TABLE = table_file(STUDY, workflow.configfiles[-1])
-    MEASURED_SPACINGS = measured_file(STUDY, workflow.configfiles[-1])
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
@@ -105,11 +92,11 @@ else:
 SINGLE_SPHERES = [
     ("dns", sphere_name(ratio)) for ratio in diameter_ratios(STUDY) if not GIVEN_TABLE
 ]
-DNS_JOBS = grouping.jobs(STUDY, float(JOB_MINUTES))
+DNS_JOBS = grouping.jobs(STUDY, JOB_MINUTES)
 
 TRAINS = [
     train_name(De, phi, STUDY.trains.feed)
-    for De in STUDY.trains.deborah
+    for De in STUDY.train_deborahs
     for phi in STUDY.trains.fractions
 ]
 MOVIES = [train_name(*train, STUDY.trains.feed) for train in STUDY.movie_conditions()]
@@ -137,7 +124,7 @@ ALL_FIGURES = [
 
 CHECK = STUDY.verification
 START_UPS = [point_name(point.sp, point.sf, point.deborah) for point in CHECK.transient]
-CLOSURE_DEBORAHS = [number_name(De) for De in CHECK.closure.deborah]
+CLOSURE_DEBORAHS = [number_name(De) for De in STUDY.closure_deborahs]
 CLOSURE_GAPS = [number_name(gap) for gap in CHECK.closure.gaps if CLOSURE_DEBORAHS]
 TRIPLETS = [
     geometry_name(triplet.sp, triplet.sf) for triplet in CHECK.convergence.geometries

@@ -1,6 +1,15 @@
 """Verification of a study, on request (`snakemake verification`): is each number to be trusted?"""
 
 
+def verifiable(wildcards):
+    """No file; an error if the section asks for what this study cannot give."""
+    try:
+        check_verification(STUDY, ", ".join(map(str, workflow.configfiles)))
+    except ConfigError as error:
+        raise WorkflowError(str(error)) from None
+    return []
+
+
 rule verification:
     input:
         expand(f"{CHECKS}/{{report}}.png", report=REPORTS),
@@ -92,6 +101,7 @@ rule convergence:
 
 rule verification_report:
     input:
+        verifiable,
         table=TABLE,
         start_up=expand(f"{CHECKS}/start_up/{{point}}.nc", point=START_UPS),
         closure_train=expand(f"{CHECKS}/closure/train_De{{De}}.nc", De=CLOSURE_DEBORAHS),

@@ -7,6 +7,14 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+    FitSpreadSettings,
+    OperatingConditionsSettings,
+    RheologySettings,
+    SchematicSettings,
+    UnitsSettings,
+)
 from viscotrain.config.geometries import pair_distances, simulated_deborahs
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
@@ -19,22 +27,16 @@ from viscotrain.config.settings import (
     DiameterVariationSettings,
     EncapsulationSettings,
     FieldSettings,
-    FiguresSettings,
     FilmSettings,
-    FitSpreadSettings,
     FlowSettings,
     FluidFitSettings,
     MeasuredSettings,
     MoviesSettings,
-    OperatingConditionsSettings,
     OrderSettings,
-    RheologySettings,
-    SchematicSettings,
     StudyConfigSettings,
     TableSettings,
     TrainsSettings,
     TransientSettings,
-    UnitsSettings,
     longest_mode,
 )
 from viscotrain.config.study import Study
@@ -129,12 +131,11 @@ def closure_train(study: Study, deborah: float) -> ClosureTrainSettings:
 
 def closure_gap(study: Study) -> ClosureGapSettings:
     """Equally spaced spheres at the Deborah numbers of the closure, and those on the way there."""
-    closure = study.verification.closure
-    highest = max(closure.deborah, default=0.0)
+    highest = max(study.closure_deborahs, default=0.0)
     return ClosureGapSettings(
         flow=flow(study).at([De for De in study.deborah.values if De <= highest]),
-        spheres=len(closure.distances) + 1,
-        deborah=closure.deborah,
+        spheres=len(study.verification.closure.distances) + 1,
+        deborah=study.closure_deborahs,
     )
 
 
@@ -174,7 +175,7 @@ def trains(study: Study) -> TrainsSettings:
         confinement=study.confinement,
         section=study.channel.section,
         length=study.channel.length,
-        stations=study.trains.stations,
+        stations=study.stations,
         repeats=study.trains.repeats,
         passages=study.trains.passages,
         seed=study.trains.seed,
@@ -184,8 +185,8 @@ def trains(study: Study) -> TrainsSettings:
 def measured(study: Study) -> MeasuredSettings:
     """What measured spacings are compared with."""
     return MeasuredSettings(
-        station=study.trains.stations,
-        deborah=study.trains.deborah,
+        station=study.stations,
+        deborah=study.train_deborahs,
         volume_fraction=study.trains.fractions,
     )
 
@@ -212,7 +213,7 @@ def order(study: Study) -> OrderSettings:
         confinement=study.confinement,
         section=study.channel.section,
         length=study.channel.length,
-        deborah=study.trains.deborah,
+        deborah=study.train_deborahs,
         fractions=study.trains.fractions,
         ordered_variation=study.design_map.ordered_variation,
     )
@@ -229,7 +230,7 @@ def diameter_variation(study: Study) -> DiameterVariationSettings:
     )
     return DiameterVariationSettings(
         trains=own,
-        deborah=study.trains.deborah,
+        deborah=study.train_deborahs,
         fractions=study.trains.fractions,
         ordered_variation=study.design_map.ordered_variation,
     )
@@ -297,7 +298,7 @@ def schematic(study: Study) -> SchematicSettings:
         margin=study.dns.margin,
         volume_fraction=study.trains.fractions[0],
         feed=study.trains.feed,
-        deborah=study.trains.deborah[0],
+        deborah=study.train_deborahs[0],
         channel_length=study.channel.length,
     )
 

@@ -6,7 +6,9 @@ from pathlib import Path
 import xarray as xr
 
 from viscotrain import files
-from viscotrain.config.settings import FiguresSettings
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+)
 from viscotrain.drawing import rheology_figure, schematic
 from viscotrain.drawing.conventions import with_sphere_rate
 from viscotrain.drawing.design_figures import draw_design_map, spacing_law, stations

@@ -15,7 +15,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from viscotrain.config.settings import SchematicSettings
+from viscotrain.config.device_settings import (
+    SchematicSettings,
+)
 from viscotrain.drawing.style import GREY, PAGE, SMALL, STYLE, Drawing, styled
 from viscotrain.flow.geometry import Geometry
 from viscotrain.fluid.parameters import CHANNEL_RADIUS

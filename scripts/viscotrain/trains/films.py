@@ -33,6 +33,7 @@ LARGEST_ROWS = 4  # of the window that moves along
 MARGIN = 2.0  # beyond a window, in d: enough to see whether a sphere at its edge touches another
 DIAMETERS = "diameter over the mean of all; NaN: no sphere"
 POSITIONS = "position over channel diameter, the trailing sphere first; NaN: none"
+KEPT = ("given", "injection", "channel")  # attributes of trains, the last one of those in ducts
 SCALARS = (
     *("confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"),
     *("channel_length", "deborah", "diameter_variation"),
@@ -97,8 +98,7 @@ def film(
     dataset["memory_number"] = train["memory_number"].max(keep_attrs=True)
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
     dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:.3g}"
-    dataset.attrs |= {name: train.attrs[name] for name in ("given", "injection")}
-    dataset.attrs |= section.attributes
+    dataset.attrs |= {name: train.attrs[name] for name in KEPT if name in train.attrs}
     return dataset
 
 

@@ -74,7 +74,7 @@ def run_repeats(
 
     Args:
         velocities: Velocities of triplets.
-        closure: Name of one of `CLOSURES`.
+        closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
         injection: Name of one of `INJECTIONS`, the law of the intervals.
         memory_strength: c De/beta of `closures.WithMemory`, in 1/Ubar.
         confinement: beta = d/D.
@@ -85,7 +85,7 @@ def run_repeats(
         stations: Positions in D, ascending, in [0, length].
         passages: Spheres to record in each repeat.
         repeats: Independent trains.
-        seed: Seed of all of them.
+        seed: Of all of them.
         diameter_variation: Coefficient of variation of the diameters.
         size_response: U' and its error; not looked at where all spheres are equal.
         interpolation_error: That of `model_error.interpolation_error`, in Ubar; NaN: not known.
@@ -100,18 +100,12 @@ def run_repeats(
     wrong = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     others = own.a_little_wrong(wrong, size_response.error)
     scalars = _scalars(own, centreline_velocity)
-    dataset = dataset.assign(model_errors(own, dataset, others) | baseline(own) | scalars)
+    dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own) | scalars)
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
     words = model_error.in_words(interpolation_error, repeated(repeats), "sizes" in others)
-    dataset.attrs = {**(attributes or {}), **section.attributes} | {
-        "seed": seed,
-        "closure": closure,
-        "memory_strength": memory_strength,
-        "injection": injection,
-        "given": FEED if feed else CHANNEL,
-        "model_error": words,
-    }
-    return dataset
+    chosen = {"seed": seed, "closure": closure, "memory_strength": memory_strength}
+    given = {"injection": injection, "given": FEED if feed else CHANNEL, "model_error": words}
+    return dataset.assign_attrs({**(attributes or {}), **section.attributes, **chosen, **given})
 
 
 def _recorded(own: Condition, stations: NDArray, repeats: int) -> xr.Dataset:

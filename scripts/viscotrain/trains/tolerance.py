@@ -148,7 +148,8 @@ def with_tolerance(found: xr.Dataset, table: VelocityTable, wanted: Wanted) -> x
             may = (own.largest(start, wanted.ordered_variation) for start in (initial, 0))
             rows.append([initial, own.by_size, *may])
     shape = found.sizes["deborah"], found.sizes["spacing"], len(OF_TRAINS)
-    values = dict(zip(OF_TRAINS, np.moveaxis(np.reshape(rows, shape), -1, 0), strict=True))
+    columns = np.moveaxis(np.array(rows, dtype=float).reshape(shape), -1, 0)
+    values = dict(zip(OF_TRAINS, columns, strict=True))
     stable = found["stability"].values >= 0
     values |= {name: np.where(stable, values[name], np.nan) for name in LARGEST}
     new = {name: (("deborah", "spacing"), values[name]) for name in OF_TRAINS}
@@ -216,7 +217,7 @@ def of_condition(
     equal = f"{name}: equal spheres, CV {initial:.2f} -> {after:.2f}"
     if math.isnan(own.by_size):
         return f"{equal}; the table does not say what diameters change"
-    may = [_per_cent(own.largest(start, wanted.ordered_variation)) for start in (initial, 0)]
+    may = [_per_cent(float(own.largest(start, wanted.ordered_variation))) for start in (initial, 0)]
     return f"{equal}; diameters may vary by {may[0]}, by {may[1]} if spheres enter evenly"
 
 
