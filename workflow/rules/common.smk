@@ -48,10 +48,14 @@ LOGS = f"{RESULTS}/logs"
 FIGURES = f"{RESULTS}/figures"
 TABLE = f"{RESULTS}/table/velocity_table.nc"
 UNITS = f"{RESULTS}/units.nc"
+CHANNEL_FLOW = f"{RESULTS}/channel_flow.nc"
+CONDITIONS = f"{RESULTS}/operating_conditions.nc"
 CHECKS = f"{RESULTS}/verification"
 ENVIRONMENT = "../../envs/viscotrain.yaml"
 # What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.
 FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
+# What moves spheres of a duct on, and nothing for a tube, which is what is simulated.
+DUCT = {"duct": CHANNEL_FLOW} if STUDY.channel.section.is_duct else {}
 FIT = {"source": f"{RESULTS}/fluid_fit/fit.nc"} if MEASURED else {}
 NUMBER_OF_DRAWS = STUDY.fluid.fit.draws if MEASURED else 0
 SPREAD = [f"{RESULTS}/fit_spread/fit_spread.nc"] if NUMBER_OF_DRAWS else []
@@ -246,6 +250,15 @@ def simulating(names, most=8):
     shown = new or names
     more = f" and {len(shown) - most} more" if len(shown) > most else ""
     return f"Simulating {', '.join(shown[:most])}{more}"
+
+
+def verifiable(wildcards):
+    """No file; an error if the section asks for what this study cannot give."""
+    try:
+        check_verification(STUDY, ", ".join(map(str, workflow.configfiles)))
+    except ConfigError as error:
+        raise WorkflowError(str(error)) from None
+    return []
 
 
 # ----------------------------------------------------------------------------------- resources

@@ -79,7 +79,7 @@ def page(table: xr.Dataset, units: xr.Dataset, trains: Sequence[xr.Dataset], stu
         title=html.escape(f"viscotrain: study {study}"),
         plotly=get_plotlyjs(),
         particle=_micrometres(units["particle_diameter"]),
-        channel=_micrometres(units["channel_diameter"]),
+        channel=_channel(units),
         source=html.escape(f"{table.attrs.get('source', '')}; {table.attrs.get('history', '')}"),
         data=json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
     )
@@ -97,6 +97,12 @@ def _policy(text: str) -> str:
 def _micrometres(diameter: xr.DataArray) -> str:
     """A diameter in mm in words."""
     return f"{MICROMETRES * float(diameter):.3g} um"
+
+
+def _channel(units: xr.Dataset) -> str:
+    """The channel's diameter, and what must be said of a duct."""
+    remark = units.attrs.get("channel")
+    return _micrometres(units["channel_diameter"]) + (f" ({remark})" if remark else "")
 
 
 def _layers(table: xr.Dataset, grid: np.ndarray):
