@@ -1,7 +1,7 @@
 r"""What a run made: points solved, holes, accuracy, trains, where the figures are.
 
 python scripts/summary.py OUTPUT --table TABLE --units UNITS --trains TRAINS... --timing CSV... \
-    --figures PNG... --movies FOLDER... --maps MAP
+    --figures PNG... --movies FOLDER... --maps MAP --droplets ENCAPSULATION
 """
 
 from collections.abc import Sequence
@@ -22,10 +22,12 @@ def main(
     figures: Annotated[Sequence[Path], taken("PNG files", named=True)] = (),
     movies: Annotated[Sequence[Path], taken("folders of movies", named=True)] = (),
     maps: Annotated[Sequence[Path], taken("design map", named=True)] = (),
+    droplets: Annotated[Path | None, taken("encapsulation.nc", named=True)] = None,
 ):
     """Write the summary and print it."""
     lines = overview.of_table(table, timing)
-    lines += [*overview.of_trains(trains, maps, units), *overview.of_pictures(figures, movies)]
+    lines += [*overview.of_trains(trains, maps, units), *overview.of_droplets(droplets)]
+    lines += overview.of_pictures(figures, movies)
     text = "\n".join(lines)
     summary.write_text(text + "\n", encoding="utf-8")
     print(text)

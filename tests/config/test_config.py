@@ -430,6 +430,10 @@ WRONG = {
         {"design_map": {"deborah": [1, 2]}},
         "design_map.deborah[1]: found 2; allowed: one of deborah.values (0, 1, 5)",
     ),
+    "droplets that never come": (
+        {"encapsulation": {"droplet_frequency": 0}},
+        "encapsulation.droplet_frequency: found 0; allowed: number > 0",
+    ),
     "map of volume fractions unsorted": (
         {"design_map": {"volume_fraction": [0.01, 0.004]}},
         "design_map.volume_fraction[1]: found 0.004; allowed: more than the value before it, 0.01",

@@ -39,6 +39,7 @@ DIMENSIONLESS = OF_FLOWS | OF_TRAINS
 TEXTS = {name: repr(make(DEMO).stated()) for name, make in DIMENSIONLESS.items()}
 PHYSICAL = {
     "units": stages.units,
+    "encapsulation": stages.encapsulation,
     "study_figures": lambda study: stages.figures(study, "rheology"),
     "study_config": stages.study_config,
     "fluid_fit": stages.fluid_fit,
@@ -147,6 +148,14 @@ def test_what_does_not_is_not(section):
     study = changed(**section)
     for name, make in OF_FLOWS.items():
         assert repr(make(study).stated()) == repr(make(DEMO).stated()), name
+
+
+def test_a_droplet_wants_a_bead_unless_a_rate_is_given():
+    assert stages.encapsulation(DEMO).bead_rate is None
+    one = stages.encapsulation(changed(encapsulation={"droplet_frequency": 20.0}))
+    assert (one.droplet_frequency, one.bead_rate) == (20.0, 20.0)
+    few = changed(encapsulation={"droplet_frequency": 20.0, "bead_rate": 5.0})
+    assert stages.encapsulation(few).bead_rate == 5.0
 
 
 def test_de_of_flow_and_closure_do_not_collide():

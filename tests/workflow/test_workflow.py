@@ -27,6 +27,7 @@ AFTER_DNS = {
     "design_points": 1,
     "design_map": 1,
     "order": 1,
+    "encapsulation": 1,
     "velocity_figures": 1,
     "train_figures": 1,
     "interactive": 1,
@@ -311,6 +312,7 @@ def test_other_trains_simulate_no_flow(finished):
     jobs, _ = finished.plan("--configfile", finished.configured(more))
     assert jobs == {
         "trains": 1,
+        "encapsulation": 1,
         "film": 1,
         "movies": 1,
         "study_config": 1,
@@ -370,7 +372,7 @@ def test_code_of_the_physics_repeats_every_simulation(finished):
 
 
 PHYSICAL = {"units": 1, "study_config": 1, "design_map": 1, "movies": 1, "order": 1}
-PHYSICAL |= {"interactive": 1, "train_figures": 1}
+PHYSICAL |= {"interactive": 1, "train_figures": 1, "encapsulation": 1}
 PHYSICAL |= {"summary": 1, "all": 1}
 
 

@@ -102,7 +102,9 @@ ALL_FIGURES = [
     *[f"stations_{train}" for train in MOVIES],
     *(["spacing_law", "design_map"] if MAP else []),
     "order",
+    "encapsulation",
 ]
+BEAD_RATE = stages.encapsulation(STUDY).bead_rate  # that is wanted, if any
 
 CHECK = STUDY.verification
 START_UPS = [point_name(point.sp, point.sf, point.deborah) for point in CHECK.transient]

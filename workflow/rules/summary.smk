@@ -8,6 +8,7 @@ rule summary:
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
         movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
         maps=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
+        droplets=f"{RESULTS}/encapsulation/encapsulation.nc",
         figures=expand(f"{FIGURES}/{{figure}}.png", figure=ALL_FIGURES),
         timing=[f"{RESULTS}/{stage}/timing/{name}.csv" for stage, name in SIMULATIONS],
     output:

@@ -217,6 +217,26 @@ class MoviesConfig(Section):
     )
 
 
+class EncapsulationConfig(Section):
+    """Droplets that are made where the channel ends, with spheres, here beads, in them."""
+
+    droplet_frequency: float | None = key(
+        "droplets in a second; null = of each condition, the frequency with the most droplets of "
+        "one bead",
+        symbol="F",
+        unit="1/s",
+        default=None,
+        gt=0,
+    )
+    bead_rate: float | None = key(
+        "beads that are wanted in a second, for which the feed at each flow rate is found; "
+        "null = as many as encapsulation.droplet_frequency, if it is given",
+        unit="1/s",
+        default=None,
+        gt=0,
+    )
+
+
 class DesignMapConfig(Section):
     """Trains over a range of conditions: spacing law and design map."""
 

@@ -269,6 +269,13 @@ class DesignMapSettings(Settings):
         return self.model_copy(update={"dimensionless_fluid": scaled})
 
 
+class EncapsulationSettings(Settings):
+    """Droplets in a second, None for the best; beads that are wanted in a second, None for none."""
+
+    droplet_frequency: float | None
+    bead_rate: float | None
+
+
 class SchematicSettings(Settings):
     """What is drawn to scale: distances in d, lengths in D; a volume fraction, at one De."""
 

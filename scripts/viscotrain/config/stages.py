@@ -13,6 +13,7 @@ from viscotrain.config.settings import (
     ClosureGapSettings,
     ClosureTrainSettings,
     DesignMapSettings,
+    EncapsulationSettings,
     FieldSettings,
     FiguresSettings,
     FilmSettings,
@@ -204,6 +205,13 @@ def design_map(study: Study) -> DesignMapSettings:
         ordered_variation=study.design_map.ordered_variation,
         dimensionless_fluid=_scaled(study),
     )
+
+
+def encapsulation(study: Study) -> EncapsulationSettings:
+    """Beads in droplets."""
+    own = study.encapsulation
+    wanted = own.droplet_frequency if own.bead_rate is None else own.bead_rate
+    return EncapsulationSettings(droplet_frequency=own.droplet_frequency, bead_rate=wanted)
 
 
 def figures(study: Study, name: str = "") -> FiguresSettings:

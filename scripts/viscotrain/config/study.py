@@ -17,6 +17,7 @@ from viscotrain.config.models import (
 )
 from viscotrain.config.outputs import (
     DesignMapConfig,
+    EncapsulationConfig,
     FieldConfig,
     FiguresConfig,
     MoviesConfig,
@@ -54,6 +55,7 @@ class Study(Section):
     figures: FiguresConfig = FiguresConfig()
     movies: MoviesConfig = MoviesConfig()
     design_map: DesignMapConfig = DesignMapConfig()
+    encapsulation: EncapsulationConfig = EncapsulationConfig()
     verification: VerificationConfig = VerificationConfig()
 
     @model_validator(mode="after")

@@ -34,6 +34,7 @@ OTHERS = {
     "movies": (7.9, 420),
     "design_map": (2.9, 280),
     "order": (2.8, 320),
+    "encapsulation": (4.0, 320),
     "verification_report": (9.4, 360),
     "figures": (6.4, 310),
     "interactive": (1.3, 210),

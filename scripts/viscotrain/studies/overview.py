@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from viscotrain.table import attributes, description, points
-from viscotrain.trains import design_map, repeats
+from viscotrain.trains import design_map, encapsulation, repeats
 
 
 def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
@@ -45,6 +45,13 @@ def of_trains(trains: Sequence[Path], maps: Sequence[Path], units: Path) -> Iter
     for path in maps:
         yield f"  design map      {path}"
         yield from (f"{'':18}{line}" for line in design_map.headline(xr.load_dataset(path)))
+
+
+def of_droplets(path: Path | None) -> Iterator[str]:
+    """The headline of beads in droplets."""
+    if path is not None:
+        yield f"  droplets        {path}"
+        yield from (f"{'':18}{line}" for line in encapsulation.headline(xr.load_dataset(path)))
 
 
 def of_pictures(figures: Sequence[Path], movies: Sequence[Path]) -> list[str]:

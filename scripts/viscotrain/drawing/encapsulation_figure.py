@@ -1,0 +1,139 @@
+r"""Figure of beads in droplets: against the droplet frequency, and over all conditions.
+
+Left: P(0), P(1) and P(2+) of the best condition against the droplet frequency over the rate of the
+beads, with those of beads at random times. Right: P(1) of all conditions against what is poured in.
+"""
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+
+from viscotrain.drawing.style import (
+    BLUE,
+    GREY,
+    MARKERS,
+    PAGE,
+    PALE_GREY,
+    VERMILLION,
+    Drawing,
+    colours_of,
+    styled,
+)
+from viscotrain.trains.encapsulation import best_condition
+from viscotrain.trains.occupancy import RANDOM_BEST, TOLERANCE, poisson
+from viscotrain.trains.variables import rate_in_words
+
+COLOURS = (GREY, BLUE, VERMILLION)  # of 0, 1, 2+ beads
+IN_WORDS = ("no bead", "one bead", "two or more")
+TICKS = (0.25, 0.5, 1, 2, 4)
+RANDOM = (0, (1, 1))  # dashes of beads at random times
+FRACTION_TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)  # %
+WIDER = 1.35  # than the volume fractions of the conditions, on either side
+
+
+@styled
+def draw_encapsulation(found: xr.Dataset) -> Drawing:
+    """Occupancy against the droplet frequency, and the share of single beads at all conditions.
+
+    Args:
+        found: Of `encapsulation.combine`.
+    """
+    figure = Figure(figsize=(PAGE, 3.5), layout="constrained")
+    figure.get_layout_engine().set(wspace=0.06)
+    left, right = figure.subplots(1, 2)
+    own = best_condition(found)
+    _draw_frequencies(left, own)
+    _draw_conditions(right, found)
+    for axes in (left, right):
+        axes.set_ylim(0, 100)
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    left.set_ylabel("share of droplets [%]")
+    right.set_ylabel("droplets with one bead [%]")
+    handles, labels = left.get_legend_handles_labels()
+    tolerance = f"one bead within {100 * TOLERANCE:g} % of its best"
+    handles += [Line2D([], [], color="black", lw=0.8, ls=RANDOM), Patch(color=PALE_GREY)]
+    labels += ["beads at random times (Poisson)", tolerance]
+    more, words = right.get_legend_handles_labels()
+    open_symbol = Line2D([], [], color=GREY, marker="o", mfc="none", ms=4, ls="")
+    figure.legend(
+        [*handles, *more, open_symbol],
+        [*labels, *words, "as they enter"],
+        loc="outside lower center",
+        ncols=4,
+    )
+    return Drawing(figure, found)
+
+
+def _draw_frequencies(axes: Axes, own: xr.Dataset):
+    """One condition against the droplet frequency, with the one asked for, or the best."""
+    ratio = own["frequency_ratio"].values
+    low, high = (float(own[f"{name}_frequency_ratio"]) for name in ("lowest", "highest"))
+    axes.axvspan(np.nan_to_num(low, nan=ratio[0]), np.nan_to_num(high, nan=ratio[-1]), fc=PALE_GREY)
+    per_bead = float(own["mean_count"] * own["droplet_frequency_ratio"])
+    random = poisson(np.nan_to_num(per_bead, nan=1.0) / ratio)
+    for n, (colour, words) in enumerate(zip(COLOURS, IN_WORDS, strict=True)):
+        share = 100 * own["occupancy_curve"].values[n]
+        error = 100 * np.nan_to_num(own["occupancy_curve_halfwidth"].values[n])
+        axes.fill_between(ratio, share - error, share + error, color=colour, alpha=0.3, lw=0)
+        axes.plot(ratio, share, color=colour, label=words)
+        axes.plot(ratio, 100 * random[n], color=colour, lw=0.8, ls=RANDOM)
+    chosen = float(own["droplet_frequency_ratio"])
+    rate = float(own["bead_rate"])
+    if math.isfinite(chosen):
+        axes.plot([chosen] * 3, 100 * own["occupancy"], color="black", marker="o", ms=3, ls="")
+        axes.axvline(chosen, color="black", lw=0.6)
+    axes.set(xscale="log", xlim=(ratio[0], ratio[-1]))
+    axes.set_xlabel("droplet frequency over rate of beads, $F$/rate")
+    axes.set_xticks(TICKS)
+    axes.xaxis.set_minor_locator(NullLocator())
+    if math.isfinite(rate):
+        other = axes.secondary_xaxis("top", functions=(lambda x: x * rate, lambda F: F / rate))
+        other.set_xticks([rate * tick for tick in TICKS])
+        other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rate_in_words(value)))
+        other.xaxis.set_minor_locator(NullLocator())
+        other.set_xlabel("droplets per second")
+    axes.set_title(
+        f"De = {float(own['deborah']):g},  $\\phi$ = {100 * float(own['volume_fraction']):.3g} %,  "
+        f"$z$ = {float(own['station']):g} $D$"
+    )
+
+
+def _draw_conditions(axes: Axes, found: xr.Dataset):
+    """Share of droplets with one bead of all conditions, at the last station and at the inlet."""
+    deborah = np.unique(found["deborah"].values)
+    fraction = 100 * found["feed_volume_fraction"].values
+    asked = np.isfinite(found["occupancy"].values).all()
+    single = found["occupancy"].values[:, 1] if asked else found["best_single"].values
+    error = found["occupancy_halfwidth"].values[:, 1]
+    error = error if asked else found["best_single_halfwidth"].values
+    last, inlet = found["last_station"].values == 1, found["station"].values == 0
+    for n, (De, colour) in enumerate(zip(deborah, colours_of(len(deborah)), strict=True)):
+        style = {"color": colour, "marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": ""}
+        own = found["deborah"].values == De
+        axes.plot(fraction[own & inlet], 100 * single[own & inlet], mfc="none", **style)
+        at = own & last
+        bars = 100 * np.nan_to_num(error[at])
+        label = f"De = {De:g}, at the end"
+        axes.errorbar(fraction[at], 100 * single[at], bars, lw=0.8, label=label, **style)
+    axes.axhline(100 * RANDOM_BEST, color="black", lw=0.8, ls=RANDOM)
+    limits = fraction.min() / WIDER, fraction.max() * WIDER
+    axes.set(xscale="log", xlim=limits, xlabel=r"volume fraction in the feed, $\phi_{feed}$ [%]")
+    ticks = [tick for tick in FRACTION_TICKS if limits[0] <= tick <= limits[1]]
+    axes.set_xticks(ticks)
+    axes.set_title(_frequency_in_words(found), pad=6)
+
+
+def _frequency_in_words(found: xr.Dataset) -> str:
+    """Whether all conditions have the droplet frequency that was asked for."""
+    asked = found["droplet_frequency_ratio"].values * found["bead_rate"].values
+    same = np.isfinite(asked).all() and np.ptp(asked) <= 1e-9 * asked.max()
+    if same and found.sizes["condition"] > 1:
+        return f"all at {rate_in_words(float(asked[0]))} droplets per second"
+    return "each condition at its best frequency"
