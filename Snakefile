@@ -26,14 +26,25 @@ include: "workflow/rules/dns.smk"
 include: "workflow/rules/transient.smk"
 include: "workflow/rules/table.smk"
 include: "workflow/rules/trains.smk"
+include: "workflow/rules/measured.smk"
 include: "workflow/rules/movies.smk"
 include: "workflow/rules/design_map.smk"
 include: "workflow/rules/order.smk"
 include: "workflow/rules/encapsulation.smk"
+include: "workflow/rules/fit_spread.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
 include: "workflow/rules/interactive.smk"
 include: "workflow/rules/verification.smk"
+
+
+# A second each: not worth a place in the queue of a cluster.
+localrules:
+    all,
+    study_config,
+    units,
+    interactive,
+    summary,
 
 
 onstart:

@@ -36,12 +36,13 @@ def main(
     folder: Annotated[Path, made("where to write", key="png", convert=folder_of)],
     field: Annotated[Path | None, taken("fields, for stress_field", named=True)] = None,
     units: Annotated[Path | None, taken("units.nc, for trains", named=True)] = None,
+    measured: Annotated[Path | None, taken("file of measured.py, for spacing", named=True)] = None,
 ):
     """Draw the figures of these names and write them with their data."""
     for figure in name:
         shown = field if field and figure == "stress_field" else source
         own = job.attributes(f"data of the figure {figure}")
-        drawing = figures.draw_with(job.settings, figure, shown, units)
+        drawing = figures.draw_with(job.settings, figure, shown, units, measured)
         for path in drawings.save(drawing, folder / figure, own):
             print(path)
 

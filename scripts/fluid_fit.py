@@ -1,4 +1,4 @@
-"""Fluid_fit stage: measured moduli and viscosities -> Giesekus modes and solvent viscosity.
+"""Fluid_fit stage: measured moduli, viscosities, N1 -> Giesekus modes and solvent viscosity.
 
 From the command line, without a config: writes fluid.yaml (a section to paste into a config),
 fit.nc (uncertainties, residuals) and the figure rheology into a folder:
@@ -16,16 +16,42 @@ from typing import Annotated
 
 from viscotrain.config.settings import FluidFitSettings
 from viscotrain.fluid import fit_report, fluid_fit, measurements
+from viscotrain.fluid.fit_parameters import Known
 from viscotrain.jobs import datasets, drawings
-from viscotrain.jobs.entry import Job, folder_for, option, positive, run, taken
+from viscotrain.jobs.entry import (
+    Job,
+    folder_for,
+    number_or_none,
+    option,
+    positive,
+    run,
+    taken,
+)
 
 Modes = Annotated[int | None, option("number of modes; chosen unless given", choices=range(7))]
 Solvent = Annotated[float | None, option("in Pa s; fitted unless given", convert=positive)]
+Times = Annotated[
+    Sequence[float],
+    option("known ones in s, slowest mode first; none: fitted", convert=number_or_none),
+]
+Mobilities = Annotated[
+    Sequence[float], option("known ones, in the same order", convert=number_or_none)
+]
 
 
-def settings(modes: Modes = None, solvent_viscosity: Solvent = None) -> FluidFitSettings:
+def settings(
+    modes: Modes = None,
+    solvent_viscosity: Solvent = None,
+    relaxation_times: Times = (),
+    mobilities: Mobilities = (),
+) -> FluidFitSettings:
     """As they are asked for."""
-    return FluidFitSettings(modes=modes, solvent_viscosity=solvent_viscosity)
+    return FluidFitSettings(
+        modes=modes,
+        solvent_viscosity=solvent_viscosity,
+        relaxation_times=tuple(relaxation_times),
+        mobilities=tuple(mobilities),
+    )
 
 
 def main(
@@ -35,7 +61,8 @@ def main(
 ):
     """Fit to the files; write the fluid and the details, and by hand draw them."""
     own = job.settings
-    result = fluid_fit.fit(measurements.read(files), own.modes, own.solvent_viscosity)
+    known = Known(own.solvent_viscosity, own.relaxation_times, own.mobilities)
+    result = fluid_fit.fit(measurements.read(files), own.modes, known)
     print(fit_report.summary(result))
     text = fit_report.as_yaml(result.chosen)
     attributes = job.attributes("fluid fitted to measured data") | {"fluid": text}

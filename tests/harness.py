@@ -9,6 +9,7 @@ from pathlib import Path
 
 import yaml
 
+from viscotrain.config.names import parse_geometry
 from viscotrain.config.reading import load_study
 from viscotrain.config.study import Study
 
@@ -53,6 +54,7 @@ SMALL = written(
         "check": 0,
         "max_holes": 0,
     },
+    figures={"field": {"sp": 1.5, "sf": 1.5, "deborah": [1]}},
 )
 
 # ------------------------------------------------------------------------------------ subprocesses
@@ -89,7 +91,7 @@ def output(done: subprocess.CompletedProcess[str]) -> str:
 
 FINISHED_TABLE = Path("docs/study/velocity_table.nc")
 PARTS = ("workflow", "scripts", "config", "profiles", "envs")
-DNS_JOB = re.compile(r"Simulating the triplet sp = (\S+), sf = (\S+)")
+DNS_JOB = re.compile(r"Job \d+: Simulating (sp\S+_sf.*)")
 JOB_COUNT = re.compile(r"^(\w+)\s+(\d+)$", re.MULTILINE)
 
 
@@ -122,17 +124,21 @@ class Project:
         return self.run("-m", "snakemake", *arguments)
 
     def plan(self, *arguments: str) -> tuple[dict[str, int], set[tuple[str, str]]]:
-        """Dry run: number of jobs per rule, and the geometries (sp, sf) that are simulated."""
+        """Dry run: number of jobs per rule, and the geometries (sp, sf) that are simulated.
+
+        Of the dns stage the number of geometries, not of jobs, each of which has a rule.
+        """
         done = self.snakemake("--dry-run", *arguments)
         text = done.stdout + done.stderr
         assert done.returncode == 0, text
         counts = {rule: int(count) for rule, count in JOB_COUNT.findall(text)}
         counts.pop("total", None)
-        if first := counts.pop("dns_single_sphere", 0):
-            counts["dns"] = counts.get("dns", 0) + first
-        geometries = DNS_JOB.findall(text)
-        assert len(geometries) == counts.get("dns", 0)
-        return counts, set(geometries)
+        jobs = [counts.pop(rule) for rule in list(counts) if rule.startswith("dns_")]
+        groups = DNS_JOB.findall(text)
+        assert len(groups) == sum(jobs)
+        geometries = [parse_geometry(name) for group in groups for name in group.split(", ")]
+        assert len(geometries) == len(set(geometries))
+        return counts | ({"dns": len(geometries)} if geometries else {}), set(geometries)
 
     def edit(self, name: str, old: str, new: str):
         """Replace a piece of text in a file of the copy, which must be there."""

@@ -80,7 +80,7 @@ FROM = {name: [arrow for arrow in INSIDE if arrow.source == name] for name in MO
 
 def is_hand_out(arrow: Arrow) -> bool:
     """Whether it is one of the public names, which the package hands out when asked."""
-    return arrow.source == "" and arrow.target.startswith("viscotrain.table.")
+    return arrow.source == "" and room(_module(arrow.target) or "") in ("table", "trains")
 
 
 def height(name: str) -> int:

@@ -1,18 +1,36 @@
-"""The package that is built from the tree: whole, and enough by itself to read a table."""
+"""The package that is built from the tree: whole, and enough by itself for tables and trains."""
 
 import shutil
 import zipfile
 from pathlib import Path
 
 import pytest
-from harness import ROOT, SCRIPTS, output, run_python
+from harness import FINISHED_TABLE, ROOT, SCRIPTS, output, run_python
 
 BUILT_FROM = ("pyproject.toml", "README.md", "LICENSE")
-READS_A_TABLE = (
-    "from viscotrain import VelocityTable; import sys; "
-    "assert not any(m.startswith('ngsolve') for m in sys.modules); "
-    "print(sys.modules['viscotrain'].__file__)"
+USES_A_TABLE = """
+import sys
+from viscotrain import VelocityTable, orders, run_repeats
+
+table = VelocityTable.open(sys.argv[1])
+of_three = table.at(5)(1.3, 2.0)
+assert of_three.shape == (3,) and 1.6 < of_three.min() < of_three.max() < 1.7
+assert orders(table, table.confinement, spacing=[3.0])["stability"].sel(deborah=5) == 1
+train = run_repeats(
+    table.at(5),
+    confinement=table.confinement,
+    centreline_velocity=table.centreline_velocity(5),
+    volume_fraction=0.01,
+    length=20,
+    stations=[0, 20],
+    passages=10,
+    repeats=1,
+    seed=1,
 )
+assert train["spacing"].notnull().all() and train["spacing"].min() > 1
+assert not any(m.split(".")[0] in ("ngsolve", "netgen", "pyngcore") for m in sys.modules)
+print(sys.modules["viscotrain"].__file__)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +60,10 @@ def test_wheel_holds_every_module_and_data_file(wheel):
 
 
 @pytest.mark.slow
-def test_installed_package_reads_tables_without_the_solver(wheel, tmp_path):
+def test_installed_package_uses_tables_and_makes_trains_without_the_solver(wheel, tmp_path):
+    """Outside of the checkout, of which it has the table only."""
     pip = "-m", "pip", "--disable-pip-version-check", "install", "--no-deps", "--target"
     output(run_python(*pip, tmp_path / "site", wheel, folder=tmp_path))
-    done = run_python("-c", READS_A_TABLE, folder=tmp_path, package=tmp_path / "site")
+    arguments = "-c", USES_A_TABLE, ROOT / FINISHED_TABLE
+    done = run_python(*arguments, folder=tmp_path, package=tmp_path / "site")
     assert Path(output(done).strip()).is_relative_to(tmp_path / "site")

@@ -17,6 +17,8 @@ import yaml
 from viscotrain.config.reading import schema
 from viscotrain.config.wording import inlined, range_in_words
 from viscotrain.fluid import measurements
+from viscotrain.fluid.csv_files import Column
+from viscotrain.trains import spacings_file
 
 CONFIG_FOLDER = Path(__file__).resolve().parents[2] / "config"
 
@@ -50,15 +52,26 @@ and check keys while you type. Units: D is the channel diameter, d the sphere di
 MEASURED_DATA = """
 The files of `fluid.data` are UTF-8 text with comma-separated columns of the names below, in any
 order; ascending in their abscissa. Columns that were not measured may be missing, cells may be
-empty, lines that begin with # are comments. All files together are one fit of `solvent_viscosity`
-(unless it is given), and of viscosity, relaxation time and mobility of each mode, to the logarithms
-of all numbers. Data that cannot determine these are refused, with the reason.
+empty, lines that begin with # are comments. All files together are one fit of `solvent_viscosity`,
+and of viscosity, relaxation time and mobility of each mode (unless they are given), to the
+logarithms of all numbers. Data that cannot determine these are refused, with the reason and the
+measurement that would help: `docs/fluid.md`.
 `synthetic_rheology.csv` shows the form; it was made with this model and 3 % noise, not measured.
 
     fluid: {data: [synthetic_rheology.csv]}
 
 The result is `results/<study>/fluid_fit/fluid.yaml`, with uncertainties, correlations and residuals
-in `fit.nc` beside it. All that is computed afterwards uses it.
+in `fit.nc` beside it. All that is computed afterwards uses it. How far its uncertainty reaches is
+in `results/<study>/fit_spread/`.
+"""
+
+
+MEASURED_SPACINGS = """
+The file of `trains.measured` has the same form, and a line for each spacing, in any order. Where De
+or volume fraction are missing, or empty, it is compared with all trains. `synthetic_spacings.csv`
+shows the form; it was made by this program, not measured. [More](../docs/measured.md).
+
+    trains: {measured: synthetic_spacings.csv}       # and the other keys
 """
 
 
@@ -95,10 +108,10 @@ def table(body: list[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def measured_columns() -> str:
+def measured_columns(columns: dict[str, Column]) -> str:
     """A Markdown table of the columns of measured data."""
     lines = [("column", "unit", "plausible", "against"), ("---",) * 4]
-    for name, column in measurements.COLUMNS.items():
+    for name, column in columns.items():
         against = f"`{column.abscissa}`" if column.abscissa else ""
         plausible = f"{column.smallest:g} to {column.largest:g}"
         lines.append((f"`{name}`", column.unit, plausible, against))
@@ -116,7 +129,9 @@ def readme() -> str:
             parts += [f"\n## {name}\n\n{section['description']}{optional}\n"]
             parts += [table(list(rows(section, f"{name}.")))]
         if name == "fluid":
-            parts += [MEASURED_DATA, measured_columns()]
+            parts += [MEASURED_DATA, measured_columns(measurements.COLUMNS)]
+        if name == "trains":
+            parts += [MEASURED_SPACINGS, measured_columns(spacings_file.COLUMNS)]
     return "\n".join(parts) + "\n"
 
 

@@ -12,22 +12,45 @@ The package has rooms; each imports from those above it only, and `tests/test_ro
     drawing   figures, movies, interactive page
     jobs      how scripts run: messages, files, provenance, progress
 
-A notebook that reads a table needs one name, `from viscotrain import VelocityTable`.
+A notebook needs the names below: `from viscotrain import VelocityTable`. They are imported when
+they are first asked for, and none of them needs the solver.
 """
 
+import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from viscotrain.table.interpolation import VelocityTable
+    from viscotrain.errors import TableError, ViscotrainError
+    from viscotrain.table.interpolation import TripletVelocities, VelocityTable
+    from viscotrain.trains.order import orders
+    from viscotrain.trains.repeats import run_repeats
 
-__all__ = ["VelocityTable"]
-__version__ = "0.1.0"
+PLACES = {
+    "VelocityTable": "table.interpolation",
+    "TripletVelocities": "table.interpolation",
+    "run_repeats": "trains.repeats",
+    "orders": "trains.order",
+    "ViscotrainError": "errors",
+    "TableError": "errors",
+}
+__all__ = [
+    "TableError",
+    "TripletVelocities",
+    "VelocityTable",
+    "ViscotrainError",
+    "orders",
+    "run_repeats",
+]
+__version__ = "1.0.0"
 
 
 def __getattr__(name: str):
     """The public names, imported when they are first asked for (PEP 562)."""
-    if name == "VelocityTable":
-        from viscotrain.table.interpolation import VelocityTable
-
-        return VelocityTable
+    if name in PLACES:
+        return getattr(importlib.import_module(f"{__name__}.{PLACES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """What completion offers."""
+    return __all__

@@ -321,6 +321,26 @@ WRONG = {
         {"fluid": {"data": ["a.csv"], "fit": {"modes": 7}}},
         "fluid.fit.modes: found 7; allowed: whole number in [0, 6]",
     ),
+    "known time that is none": (
+        {"fluid": {"data": ["a.csv"], "fit": {"relaxation_times": [None, 0]}}},
+        "fluid.fit.relaxation_times[1]: found 0; allowed: number > 0 or null",
+    ),
+    "known times in the wrong order": (
+        {"fluid": {"data": ["a.csv"], "fit": {"relaxation_times": [0.1, None, 0.2]}}},
+        "fluid.fit.relaxation_times[2]: found 0.2; allowed: less than the value before it, 0.1",
+    ),
+    "known mobility": (
+        {"fluid": {"data": ["a.csv"], "fit": {"mobilities": [1]}}},
+        "fluid.fit.mobilities[0]: found 1; allowed: number in [0, 1) or null",
+    ),
+    "known mobility of no mode": (
+        {"fluid": {"data": ["a.csv"], "fit": {"modes": 1, "mobilities": [None, 0.2]}}},
+        "fluid.fit.mobilities[1]: found 0.2; allowed: at most 1 in the list, fluid.fit.modes",
+    ),
+    "draws": (
+        {"fluid": {"data": ["a.csv"], "fit": {"draws": -1}}},
+        "fluid.fit.draws: found -1; allowed: whole number in [0, 200]",
+    ),
     "De without modes": (
         {"fluid.modes": [], "deborah.values": [0, 5]},
         "deborah.values[1]: found 5; allowed: 0, because fluid.modes is empty",

@@ -43,6 +43,7 @@ PHYSICAL = {
     "study_figures": lambda study: stages.figures(study, "rheology"),
     "study_config": stages.study_config,
     "fluid_fit": stages.fluid_fit,
+    "fit_spread": stages.fit_spread,
 }
 
 
@@ -171,8 +172,9 @@ def test_a_fitted_fluid_completes_the_settings(definition):
     written = parse_study(DEMO.model_dump() | {"deborah": deborah})
     waiting = parse_study(written.model_dump() | {"fluid": {"data": ["a.csv"]}})
     for name, make in (DIMENSIONLESS | PHYSICAL).items():
-        # Which point is drawn depends on De of the longest mode, as far as it is known.
-        if name not in ("fluid_fit", "field"):
+        # Which point is drawn depends on De of the longest mode, as far as it is known; a spread
+        # has the config itself.
+        if name not in ("fluid_fit", "field", "fit_spread"):
             given = type(make(written)).model_validate(dict(make(waiting).stated()))
             assert given.with_fluid(written.fluid.physical()) == make(written), name
 

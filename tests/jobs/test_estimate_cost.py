@@ -13,10 +13,11 @@ from viscotrain.config.geometries import simulated, simulated_deborahs
 from viscotrain.config.names import geometry_name, point_name, train_name
 from viscotrain.config.study import Study
 from viscotrain.flow.refinement import unknowns_per_element
-from viscotrain.jobs import provenance
+from viscotrain.jobs import provenance, resources
 from viscotrain.jobs.costs import (
     GROWTH,
     MEASURED,
+    START_UP,
     TRANSIENT,
     CostModel,
     cost_of,
@@ -27,6 +28,7 @@ from viscotrain.jobs.costs import (
     work_of,
 )
 from viscotrain.jobs.digests import digest
+from viscotrain.jobs.grouping import jobs
 from viscotrain.studies.dns import make_flow, triplet
 from viscotrain.words import INACCURATE
 
@@ -274,7 +276,8 @@ def test_more_repeats_and_spheres_cost_more(study):
 def test_design_map_and_movies_cost(study, tmp_path, measured):
     def rest(**sections):
         changed = study.model_copy(update=sections)
-        return cost_of(changed, work_of(changed, tmp_path), own_costs(tmp_path), measured).rest
+        work = work_of(changed, tmp_path)
+        return cost_of(changed, work, own_costs(tmp_path), measured).together
 
     without_map = study.design_map.model_copy(update={"deborah": ()})
     without_movies = study.movies.model_copy(update={"deborah": ()})
@@ -282,6 +285,30 @@ def test_design_map_and_movies_cost(study, tmp_path, measured):
     assert rest(movies=without_movies) < rest()
     longer = study.movies.model_copy(update={"frames": 10 * study.movies.frames})
     assert rest(movies=longer) > rest()
+
+
+def test_jobs_core_hours_and_memory_are_told_by_stage(tmp_path, measured):
+    """206 jobs of one geometry each, or of half an hour of work; the flow that is drawn is one."""
+    paper = harness.study("paper")
+    work = work_of(paper, tmp_path)
+    costs = {
+        minutes: cost_of(paper, work, own_costs(tmp_path), measured, minutes)
+        for minutes in (0.1, 30.0)
+    }
+    alone, together = (costs[minutes].stages[0] for minutes in costs)
+    assert (alone.name, alone.jobs, together.jobs) == ("dns", 206, len(jobs(paper, 30.0)) + 1)
+    assert alone.seconds == pytest.approx(together.seconds)
+    assert together.longest > 20 * alone.longest
+    assert costs[0.1].jobs - costs[30.0].jobs == alone.jobs - together.jobs
+    # No CPU but that of the starts is saved, and with many cores the longest job decides.
+    saved = START_UP * (alone.jobs - together.jobs)
+    assert costs[0.1].together - costs[30.0].together == pytest.approx(saved)
+    assert costs[0.1].wall(1000) < costs[30.0].wall(1000)
+    text = estimate(paper, tmp_path, 100, measured, 30.0)
+    assert f"    dns        {together.jobs} jobs, " in text
+    assert f", {resources.megabytes(62) / 1e3:.1f} GB each\n" in text
+    assert f"core-hours in {costs[30.0].jobs} jobs, " in text
+    assert " on 100 cores" in text
 
 
 # ------------------------------------------------------------------------------------- command line

@@ -22,6 +22,15 @@ def test_every_attempt_asks_for_twice_as_much(stage):
     assert resources.megabytes(1, attempt=2) == 2 * resources.megabytes(1)
 
 
+def test_several_geometries_ask_for_the_time_of_all_and_the_memory_of_one():
+    """Four times what the slowest one takes, for each more: half an hour asks for three to four."""
+    one, ten = (resources.minutes("dns", 62, geometries=number) for number in (1, 10))
+    assert ten - one == pytest.approx(9 * 4 * resources._at(62)[0] / 60, abs=1)
+    assert resources.minutes("dns", 62, 3, 10) == 4 * ten
+    number = round(1800 / resources.flow_seconds(62))
+    assert 2 * 30 < resources.minutes("dns", 62, geometries=number) < 8 * 30
+
+
 def test_what_was_measured_has_room():
     """Of the slowest geometries of the full study, up to 90,000 unknowns: 2130 MB, 39 CPU s."""
     assert resources.megabytes(62) > 1.3 * 2130

@@ -242,9 +242,11 @@ def test_a_frequency_in_hertz(train):
 
 def test_creeping_flow_has_no_frequency_in_hertz():
     train = trains_at(0.0)
-    found = encapsulation.combine([train], [], UNITS, droplet_frequency=150.0)
+    found = encapsulation.combine([train], [], UNITS, droplet_frequency=150.0, bead_rate=150.0)
     assert np.isnan(found["occupancy"]).all()
     assert np.isfinite(found["best_single"]).all()
+    assert encapsulation.inverse_table(found).empty
+    draw_encapsulation(found)
     text = "\n".join(encapsulation.headline(found))
     assert "droplets per bead; within 5 % of it" in text
     assert "nan" not in text
@@ -299,4 +301,7 @@ def test_too_many_beads_are_said_to_be_so(train):
     found = encapsulation.combine([train], [], UNITS, bead_rate=1e4)
     assert found["possible"].values.tolist() == [0]
     assert encapsulation.headline(found)[-1].endswith("not possible: closer than contact")
-    assert encapsulation.inverse_table(found)["possible"].tolist() == [False]
+    assert encapsulation.inverse_table(found)["possible"].tolist() == [0]
+    nothing = encapsulation.inverse_table(encapsulation.combine([train], [], UNITS))
+    assert nothing.empty
+    assert list(nothing) == list(encapsulation.inverse_table(found))

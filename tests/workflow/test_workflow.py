@@ -11,7 +11,7 @@ import shutil
 import pytest
 import xarray as xr
 import yaml
-from harness import CONFIG, DNS_JOB, SMALL, Project, output, written
+from harness import CONFIG, SMALL, Project, output, written
 
 from viscotrain.config.geometries import pair_distances
 from viscotrain.config.reading import load_study
@@ -86,7 +86,8 @@ def test_the_fit_of_the_fluid_is_upstream_of_everything(project, planned):
     jobs, geometries = project.plan("--configfile", config)
     assert jobs["fluid_fit"] == jobs["study_figures"] == written["study_figures"] == 1
     assert "fluid_fit" not in written
-    assert set(jobs) == set(written) | {"fluid_fit"}
+    assert set(jobs) == set(written) | {"fluid_fit", "fit_spread"}
+    assert jobs["fit_spread"] == 1
     assert geometries == SIMULATED
     names = ("dns/spinf_sfinf.nc", "dns/field.nc", "transient/sp1.5_sf1.5_De1.nc")
     targets = [f"results/fitted/{name}" for name in (*names, "figures/rheology.png")]
@@ -95,6 +96,17 @@ def test_the_fit_of_the_fluid_is_upstream_of_everything(project, planned):
     awaited = re.findall(r"updated by another job: (.*)$", done.stdout + done.stderr, re.M)
     fluid, fit = (f"results/fitted/fluid_fit/{name}" for name in ("fluid.yaml", "fit.nc"))
     assert sorted(sorted(names.split(", ")) for names in awaited) == [[fit, fluid], *[[fluid]] * 3]
+
+
+@pytest.mark.parametrize(("draws", "jobs_of_spread"), [(0, None), (3, 1)])
+def test_draws_of_the_fit_may_be_left_out(draws, jobs_of_spread, project):
+    config = fitted(project)
+    project.edit(config, "fluid:\n", f"fluid:\n  fit: {{draws: {draws}}}\n")
+    jobs, _ = project.plan("--configfile", config)
+    assert jobs.get("fit_spread") == jobs_of_spread
+    third = "results/fitted/fit_spread/draw_03.yaml"
+    done = project.snakemake("--dry-run", third, "--configfile", config)
+    assert (done.returncode == 0) == (draws == 3), done.stdout + done.stderr
 
 
 def test_a_fitted_fluid_reaches_its_figure(project):
@@ -249,7 +261,7 @@ def test_another_frame_rate_repeats_no_simulation(finished):
 @pytest.mark.slow
 def test_the_terminal_tells_what_was_solved_and_the_single_sphere_is_first(finished_study):
     text = (finished_study / "terminal.txt").read_text(encoding="utf-8")
-    assert ("inf", "inf") in DNS_JOB.findall(text)[:2]  # two jobs start together on two cores
+    assert re.findall(r"^(sp\S+): solved", text, re.MULTILINE)[0] == "spinf_sfinf"
     for name in ("spinf_sfinf", "sp1.5_sfinf", "sp1.5_sf1.5"):
         assert f"\n{name}: solved 1 of 1 De, up to 1\n" in text
 
@@ -347,6 +359,41 @@ def test_trains_of_the_feed_are_named_by_it(finished):
     assert "1.8 % in the feed, poisson injection" in (results / "summary.txt").read_text("utf-8")
     made = xr.load_dataset(results / "design_map/design_map.nc")
     assert made["feed_volume_fraction"].values.tolist() == [0.018, 0.02]
+
+
+@pytest.mark.slow
+def test_measured_spacings_reach_figure_and_summary_and_repeat_no_train(finished):
+    (finished.folder / "seen.csv").write_text("station,spacing\n20,2.5\n20,3.1\n", "utf-8")
+    seen = SMALL | {"trains": SMALL["trains"] | {"measured": "seen.csv"}}
+    config = finished.configured(seen)
+    jobs, _ = finished.plan("--configfile", config)
+    again = {"measured": 1, "train_figures": 1, "study_config": 1, "summary": 1, "all": 1}
+    assert jobs == again
+    done = finished.snakemake("--cores", "2", "--configfile", config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = finished.folder / "results" / "small"
+    assert "at z = 20 D: 2 measured spacings" in (results / "summary.txt").read_text("utf-8")
+    assert float(xr.load_dataset(results / "measured/De1_phi0.01.nc")["ks_distance"][-1]) > 0
+
+    finished.edit("seen.csv", "20,3.1", "7,3.1")
+    done = finished.snakemake("--dry-run", "--configfile", config)
+    assert done.returncode != 0
+    assert "seen.csv, line 3: station: found 7; allowed: " in done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_droplets_are_counted_again_alone(finished):
+    asked = SMALL | {"encapsulation": {"droplet_frequency": 30.0}}
+    config = finished.configured(asked)
+    jobs, _ = finished.plan("--configfile", config)
+    assert jobs == {"encapsulation": 1, "study_config": 1, "summary": 1, "all": 1}
+    done = finished.snakemake("--cores", "2", "--configfile", config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = finished.folder / "results" / "small"
+    words = (results / "summary.txt").read_text(encoding="utf-8")
+    assert "at 30 droplets/s: none, one, two or more in " in words
+    assert "30 beads/s at De = 1, " in words
+    assert (results / "encapsulation" / "feeds.csv").exists()
 
 
 @pytest.mark.slow
@@ -449,10 +496,10 @@ def test_the_definition_of_deborah_numbers_repeats_the_closure_too(project):
     ("options", "attempts"), [((), 2), (("--workflow-profile", "none"), 1)], ids=["default", "none"]
 )
 def test_the_default_profile_keeps_going_after_a_failed_geometry(options, attempts, project):
-    stub = "from pathlib import Path\nPath(f'attempt {snakemake.wildcards}').touch()\nexit(1)\n"
+    stub = "from pathlib import Path\nPath(f'attempt {snakemake.rule}').touch()\nexit(1)\n"
     (project.folder / "scripts" / "dns.py").write_text(stub, encoding="utf-8")
     targets = [f"results/small/dns/{name}.nc" for name in ("sp1.5_sf1.5", "spinf_sfinf")]
-    config = project.configured(SMALL)
+    config = project.configured(SMALL | {"dns": SMALL["dns"] | {"geometries_per_job": 1}})
     done = project.snakemake("--cores", "1", *targets, "--configfile", config, *options)
     assert done.returncode != 0
     assert len(list(project.folder.glob("attempt *"))) == attempts
@@ -514,6 +561,61 @@ def test_a_point_that_does_not_converge_is_a_result_and_a_hole(project):
     assert "8 of 8 points have no solution; allowed: 0 (table.max_holes)" in done.stderr
     assert "De 1, sp inf, sf inf: not resolved at De = 1, on " in done.stderr
     assert not (project.folder / "table.nc").exists()
+
+
+DIES = """
+def main(job: Job, sp: SP, sf: SF, result: Result, timing: Timing = None, fields: Fields = None):
+    if sp == sf == 1.5 and not Path("healed").exists():
+        os.kill(os.getpid(), signal.SIGKILL)
+    solve(job, sp, sf, result, timing, fields)
+
+
+run(main,"""
+
+
+@pytest.mark.slow
+def test_a_geometry_that_dies_loses_nothing_of_the_others_of_its_job(project):
+    """The next run solves it alone, and a distance more the new ones alone."""
+    project.edit("scripts/dns.py", "def main(", "def solve(")
+    project.edit("scripts/dns.py", "\nrun(main,", DIES)
+    project.edit("scripts/dns.py", "from pathlib", "import os\nimport signal\nfrom pathlib")
+    table = "results/small/table/velocity_table.nc"
+
+    def made(study) -> tuple[int, str]:
+        line = ("--cores", "1", "--configfile", project.configured(study), "--", table)
+        done = project.snakemake(*line)
+        return done.returncode, done.stdout + done.stderr
+
+    failed, told = made(SMALL)
+    assert failed
+    assert "\nsp1.5_sf1.5: ended by SIGKILL, for want of memory perhaps" in told
+    assert "\nsp1.5_sfinf: solved 1 of 1 De" in told
+    folder = project.folder / "results/small/dns"
+    assert {path.name for path in folder.glob("sp*")} == {
+        "spinf_sfinf.nc.kept",
+        "sp1.5_sfinf.nc.kept",
+    }
+    (project.folder / "healed").touch()
+    failed, told = made(SMALL)
+    assert not failed
+    assert re.findall(r"^(sp\S+): solved", told, re.MULTILINE) == ["sp1.5_sf1.5"]
+    assert not list(folder.glob("**/*.kept"))
+    before = {path.name: path.read_bytes() for path in folder.glob("*.nc")}
+    assert len(before) == 3
+
+    larger = SMALL | {"table": SMALL["table"] | {"sp": [1.5, 2.5, float("inf")]}}
+    failed, told = made(larger)
+    assert not failed
+    assert set(re.findall(r"^(sp\S+): solved", told, re.MULTILINE)) == {
+        "sp2.5_sf1.5",
+        "sp2.5_sfinf",
+    }
+    assert before.items() <= {path.name: path.read_bytes() for path in folder.glob("*.nc")}.items()
+    assert project.plan("--configfile", "study.yaml", "--", table) == ({}, set())
+    for name in ("dns/sp1.5_sf1.5.nc", "table/velocity_table.nc"):
+        (folder.parent / name).unlink()
+    _, told = made(larger)
+    assert re.findall(r"^(sp\S+): solved", told, re.MULTILINE) == ["sp1.5_sf1.5"]
 
 
 @pytest.mark.slow

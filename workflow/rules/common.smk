@@ -1,5 +1,6 @@
 """What rules share: the study, paths, names, constraints, settings, resources; none is here."""
 
+import math
 import os
 import sys
 
@@ -13,7 +14,6 @@ from viscotrain.config.names import (
     fraction_name,
     geometry_name,
     number_name,
-    parse_distance,
     parse_fraction,
     point_name,
     train_name,
@@ -21,15 +21,19 @@ from viscotrain.config.names import (
 from viscotrain.config.reading import (
     data_files,
     fitted_fluid_file,
+    measured_file,
     parse_study,
     read_yaml,
     table_file,
 )
 from viscotrain.errors import ConfigError
-from viscotrain.jobs import resources
+from viscotrain.jobs import grouping, resources
 from viscotrain.jobs.digests import digest
 
 # ------------------------------------------------------------------------------------ the study
+
+# Work in a job of several geometries: a matter of the machine, so its profile says it.
+JOB_MINUTES = config.pop("job_minutes", grouping.MINUTES)
 
 try:
     STUDY = parse_study(
@@ -41,6 +45,7 @@ try:
     )
     MEASURED = data_files(STUDY, workflow.configfiles[-1])
     GIVEN_TABLE = table_file(STUDY, workflow.configfiles[-1])
+    MEASURED_SPACINGS = measured_file(STUDY, workflow.configfiles[-1])
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
@@ -54,6 +59,13 @@ ENVIRONMENT = "../../envs/viscotrain.yaml"
 # What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.
 FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
 FIT = {"source": f"{RESULTS}/fluid_fit/fit.nc"} if MEASURED else {}
+NUMBER_OF_DRAWS = STUDY.fluid.fit.draws if MEASURED else 0
+SPREAD = [f"{RESULTS}/fit_spread/fit_spread.nc"] if NUMBER_OF_DRAWS else []
+# A given table is of one fluid: draws of it have no simulations to run.
+DRAWS = [
+    f"{RESULTS}/fit_spread/draw_{number:02d}.yaml"
+    for number in range(1, 1 + NUMBER_OF_DRAWS * (GIVEN_TABLE is None))
+]
 
 # --------------------------------------------------------------------------------- constraints
 
@@ -77,6 +89,8 @@ if STUDY.dns.method == "transient":
     ]
 else:
     SIMULATIONS = [("dns", geometry_name(*geometry)) for geometry in simulated(STUDY)]
+
+DNS_JOBS = grouping.jobs(STUDY, float(JOB_MINUTES))
 
 TRAINS = [
     train_name(De, phi, STUDY.trains.feed)
@@ -104,7 +118,6 @@ ALL_FIGURES = [
     "order",
     "encapsulation",
 ]
-BEAD_RATE = stages.encapsulation(STUDY).bead_rate  # that is wanted, if any
 
 CHECK = STUDY.verification
 START_UPS = [point_name(point.sp, point.sf, point.deborah) for point in CHECK.transient]
@@ -129,18 +142,28 @@ def given(script, settings=None):
     return {"study": STUDY.study, "code": digest(script), **own}
 
 
-def dns_settings(wildcards):
-    return stages.dns(
-        STUDY, parse_distance(wildcards.sp), parse_distance(wildcards.sf)
-    ).stated()
-
-
 def transient_settings(wildcards):
     return stages.transient(STUDY, float(wildcards.deborah)).stated()
 
 
 def closure_train_settings(wildcards):
     return stages.closure_train(STUDY, float(wildcards.deborah)).stated()
+
+
+# ---------------------------------------------------------------------------- several in a job
+
+
+def kept(path):
+    """An output that a job does not make again if it is there and current."""
+    return update(path) if os.path.exists(path) else path
+
+
+def simulating(names, most=8):
+    """A message that names geometries, only those that are not there if some are."""
+    new = [name for name in names if not os.path.exists(f"{RESULTS}/dns/{name}.nc")]
+    shown = new or names
+    more = f" and {len(shown) - most} more" if len(shown) > most else ""
+    return f"Simulating {', '.join(shown[:most])}{more}"
 
 
 # ----------------------------------------------------------------------------------- resources
@@ -152,14 +175,14 @@ def largest_deborah(wildcards):
     return De if STUDY.fluid.modes is None else STUDY.deborah_longest_mode(De)
 
 
-def solving(stage):
-    """Resources of what solves flows."""
+def solving(stage, geometries=1):
+    """Resources of what solves flows, of several geometries one after the other."""
     return {
         "mem_mb": lambda wildcards, attempt: resources.megabytes(
             largest_deborah(wildcards), attempt
         ),
         "runtime": lambda wildcards, attempt: resources.minutes(
-            stage, largest_deborah(wildcards), attempt
+            stage, largest_deborah(wildcards), attempt, geometries
         ),
     }
 

@@ -1,42 +1,43 @@
-"""Direct numerical simulation: one job per geometry (sp, sf), through all Deborah numbers."""
+"""Direct numerical simulation: geometries (sp, sf), each through all its Deborah numbers.
 
+A job solves several of them, and is a rule of its own since Snakemake cannot compute outputs.
+"""
 
-rule dns:
-    input:
-        **FITTED_FLUID,
-    output:
-        **(
-            {"fields": directory(f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}")}
-            if STUDY.dns.save_fields
-            else {}
-        ),
-        result=f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}.nc",
-        timing=f"{RESULTS}/dns/timing/sp{{sp}}_sf{{sf}}.csv",
-    log:
-        f"{LOGS}/dns/sp{{sp}}_sf{{sf}}.log",
-    conda:
-        ENVIRONMENT
-    threads: 1
-    resources:
-        **solving("dns"),
-    params:
-        **given("dns"),
-        settings=dns_settings,
-    message:
-        "Simulating the triplet sp = {wildcards.sp}, sf = {wildcards.sf}"
-    script:
-        "../../scripts/dns.py"
+for number, geometries in enumerate(DNS_JOBS, 1):
+    names = [geometry_name(*geometry) for geometry in geometries]
 
-
-# Where the single sphere cannot be solved nothing can, and every table needs it.
-use rule dns as dns_single_sphere with:
-    wildcard_constraints:
-        sp="inf",
-        sf="inf",
-    priority: 1
-
-
-ruleorder: dns_single_sphere > dns
+    rule:
+        name:
+            f"dns_{number}"
+        input:
+            **FITTED_FLUID,
+        output:
+            **(
+                {
+                    "fields": [
+                        kept(directory(f"{RESULTS}/dns/{name}")) for name in names
+                    ]
+                }
+                if STUDY.dns.save_fields
+                else {}
+            ),
+            result=[kept(f"{RESULTS}/dns/{name}.nc") for name in names],
+            timing=[kept(f"{RESULTS}/dns/timing/{name}.csv") for name in names],
+        log:
+            [f"{LOGS}/dns/{name}.log" for name in names],
+        # Where the single sphere cannot be solved nothing can, and every table needs it.
+        priority: int((math.inf, math.inf) in geometries)
+        conda:
+            ENVIRONMENT
+        threads: 1
+        resources:
+            **solving("dns", len(geometries)),
+        params:
+            **given("dns", stages.dns(STUDY, *geometries[0])),
+        message:
+            simulating(names)
+        script:
+            "../../scripts/dns.py"
 
 
 if STUDY.field_point():

@@ -7,9 +7,9 @@ rule encapsulation:
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
         points=expand(f"{RESULTS}/design_map/{{train}}.nc", train=MAP),
     output:
-        **({"feeds": f"{RESULTS}/encapsulation/feeds.csv"} if BEAD_RATE else {}),
         result=f"{RESULTS}/encapsulation/encapsulation.nc",
         table=f"{RESULTS}/encapsulation/encapsulation.csv",
+        feeds=f"{RESULTS}/encapsulation/feeds.csv",
         figure=report(
             f"{FIGURES}/encapsulation.png",
             caption="../report/encapsulation.rst",

@@ -91,6 +91,11 @@ use rule study_figures as velocity_figures with:
 
 use rule study_figures as train_figures with:
     input:
+        **(
+            {"measured": f"{RESULTS}/measured/De{{deborah}}_phi{{volume_fraction}}.nc"}
+            if MEASURED_SPACINGS
+            else {}
+        ),
         source=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
         units=UNITS,
     output:

@@ -5,7 +5,11 @@ rule summary:
     input:
         table=TABLE,
         units=UNITS,
+        spread=SPREAD,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
+        measured=[
+            f"{RESULTS}/measured/{train}.nc" for train in TRAINS if MEASURED_SPACINGS
+        ],
         movies=expand(f"{RESULTS}/movies/{{train}}", train=MOVIES),
         maps=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
         droplets=f"{RESULTS}/encapsulation/encapsulation.nc",

@@ -41,6 +41,10 @@ FiniteDistance = Annotated[float, Field(gt=1)]
 Gap = Annotated[float, Field(gt=0)]
 VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
 Station = Annotated[float, Field(ge=0)]
+KnownTime = Annotated[float, Field(gt=0, json_schema_extra={"allowed": "number > 0 or null"})]
+KnownMobility = Annotated[
+    float, Field(ge=0, lt=1, json_schema_extra={"allowed": "number in [0, 1) or null"})
+]
 
 Item = TypeVar("Item")
 ListOf = Annotated[  # immutable, but written as a list

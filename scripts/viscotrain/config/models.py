@@ -11,7 +11,16 @@ from typing import Any, Literal
 
 from pydantic import model_serializer
 
-from viscotrain.config.keys import DeborahNumber, Distance, FiniteDistance, ListOf, Section, key
+from viscotrain.config.keys import (
+    DeborahNumber,
+    Distance,
+    FiniteDistance,
+    KnownMobility,
+    KnownTime,
+    ListOf,
+    Section,
+    key,
+)
 from viscotrain.errors import FluidError
 from viscotrain.fluid.parameters import Fluid, Mode
 
@@ -27,13 +36,36 @@ class ModeConfig(Section):
 
 
 class FluidFitConfig(Section):
-    """How a fluid is fitted to measured data."""
+    """How a fluid is fitted to measured data, and how far its uncertainty is followed."""
 
     modes: int | None = key(
         "number of modes; null = chosen, up to 4, by the Bayesian information criterion",
         default=None,
         ge=0,
         le=6,
+    )
+    relaxation_times: ListOf[KnownTime | None] = key(
+        "known relaxation times, not fitted, the longest first, null = fitted; as many modes are "
+        "fitted at least. The longest one is what extensional rheometry measures, lambda_E",
+        symbol="lambda_k",
+        unit="s",
+        default=(),
+        rule="descending, at most fluid.fit.modes",
+    )
+    mobilities: ListOf[KnownMobility | None] = key(
+        "known mobilities, not fitted, of the modes in the order of their relaxation times, the "
+        "longest first; null = fitted",
+        symbol="alpha_k",
+        unit="1",
+        default=(),
+        rule="at most fluid.fit.modes",
+    )
+    draws: int = key(
+        "fluids drawn from the uncertainty of the fit, which show in `fit_spread` how far it "
+        "reaches; 0 = none",
+        default=20,
+        ge=0,
+        le=200,
     )
 
 
@@ -54,8 +86,8 @@ class FluidConfig(Section):
         rule="required unless data are given",
     )
     data: ListOf[str] | None = key(
-        "CSV files of measured moduli and viscosities, relative to the config file, to which the "
-        "fluid is fitted; columns below",
+        "CSV files of measured moduli, viscosities and normal stress differences, relative to the "
+        "config file, to which the fluid is fitted; columns below",
         default=None,
         min_length=1,
         allowed="list of paths, at least 1, none twice, in place of modes",
@@ -271,4 +303,10 @@ class DnsConfig(Resolution):
     transient: TransientConfig = TransientConfig()
     save_fields: bool = key(
         "also write velocity, pressure and stress of every point as VTU", default=False
+    )
+    geometries_per_job: int | None = key(
+        "how many geometries a job solves, one after the other; null = as many as are six seconds "
+        "of work by the measured costs, or what the profile says: half an hour on a cluster",
+        default=None,
+        ge=1,
     )

@@ -39,3 +39,9 @@ def train_name(deborah: float, volume_fraction: float, feed: bool = False) -> st
 def parse_distance(name: str) -> float:
     """The distance in a file name, the inverse of `number_name`."""
     return float(name)
+
+
+def parse_geometry(name: str) -> tuple[str, str]:
+    """Names of the distances sp and sf in the name of a geometry."""
+    sp, sf = name.removeprefix("sp").split("_sf")
+    return sp, sf

@@ -58,7 +58,7 @@ class TrainsConfig(Section):
     )
     memory: float = key(
         "coefficient c of memory: pairs move (1 + c M) times as fast as at distances that are held,"
-        " with M the memory number. 0 leaves it out; README, Verification, says what was found for "
+        " with M the memory number. 0 leaves it out; docs/memory.md says what was found for "
         "config/paper.yaml",
         symbol="c",
         default=0.0,
@@ -80,6 +80,12 @@ class TrainsConfig(Section):
         "spheres recorded per repeat, after the statistically steady state is reached",
         default=1000,
         ge=1,
+    )
+    measured: str | None = key(
+        "CSV file of measured spacings, relative to the config file, that are compared with those "
+        "of the trains; columns below",
+        default=None,
+        allowed="path",
     )
 
     @property

@@ -88,6 +88,15 @@ def _ascending(key: str):
     return check
 
 
+def _descending(key: str):
+    def check(config: Readable) -> Iterator[Problem]:
+        for (_, before), (location, value) in itertools.pairwise(config.indexed(key)):
+            if not value < before:
+                yield _conflict(location, value, f"less than the value before it, {shown(before)}")
+
+    return check
+
+
 def _unrepeated(key: str):
     def check(config: Readable) -> Iterator[Problem]:
         seen = set()
@@ -164,6 +173,18 @@ def _fluid_is_written_or_fitted(config: Readable) -> Iterator[Problem]:
         yield Problem(("fluid", "data"), "found with fluid.modes; allowed: one of the two")
     if "data" not in given and fluid.get("fit"):
         yield Problem(("fluid", "fit"), "found without fluid.data; allowed: with it only")
+
+
+def _of_fitted_modes(key: str):
+    """Known numbers are of modes that there are."""
+
+    def check(config: Readable) -> Iterator[Problem]:
+        count = config.value("fluid.fit.modes")
+        for location, value in config.indexed(key):
+            if count is not None and location[-1] >= count:
+                yield _conflict(location, value, f"at most {count} in the list, fluid.fit.modes")
+
+    return check
 
 
 def _deborah_needs_modes(config: Readable) -> Iterator[Problem]:
@@ -277,6 +298,9 @@ def _view_in_channel(config: Readable) -> Iterator[Problem]:
 _CHECKS: tuple[Callable[[Readable], Iterator[Problem]], ...] = (
     _fluid_is_written_or_fitted,
     _unrepeated("fluid.data"),
+    _of_fitted_modes("fluid.fit.relaxation_times"),
+    _of_fitted_modes("fluid.fit.mobilities"),
+    _descending("fluid.fit.relaxation_times"),
     _deborah_needs_modes,
     _sphere_fits_tube,
     _channel_holds_train,

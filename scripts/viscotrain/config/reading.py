@@ -13,7 +13,8 @@ from viscotrain.config.models import FluidConfig
 from viscotrain.config.problems import Readable, disagreements
 from viscotrain.config.study import Study
 from viscotrain.config.wording import dotted, inlined, order_of_sections, problem_of_key
-from viscotrain.errors import ConfigError
+from viscotrain.errors import ConfigError, DataError
+from viscotrain.trains import spacings_file
 
 
 @cache
@@ -108,8 +109,7 @@ def data_files(study: Study, config_file: str | Path) -> list[str]:
     Raises:
         ConfigError: A file does not exist.
     """
-    names = study.fluid.data or ()
-    paths = [Path(os.path.relpath(Path(config_file).parent / name)).as_posix() for name in names]
+    paths = [_beside(config_file, name) for name in study.fluid.data or ()]
     missing = [
         f"fluid.data[{n}]: there is no file {path}; allowed: path relative to the config file"
         for n, path in enumerate(paths)
@@ -128,12 +128,42 @@ def table_file(study: Study, config_file: str | Path) -> str | None:
     """
     if study.table.file is None:
         return None
-    path = Path(os.path.relpath(Path(config_file).parent / study.table.file)).as_posix()
+    return _existing(config_file, "table.file", study.table.file)
+
+
+def measured_file(study: Study, config_file: str | Path) -> str | None:
+    """Path of the measured spacings of a config file; None if it names none.
+
+    Raises:
+        ConfigError: It does not exist, or what it holds is wrong.
+    """
+    if study.trains.measured is None:
+        return None
+    path = _existing(config_file, "trains.measured", study.trains.measured)
+    trains = study.trains
+    known = {"station": trains.stations, "deborah": trains.deborah}
+    try:
+        spacings_file.read(path, known | {"volume_fraction": trains.fractions})
+    except DataError as error:
+        raise ConfigError(str(config_file), [f"trains.measured: {error}"]) from error
+    return path
+
+
+def _existing(config_file: str | Path, key: str, name: str) -> str:
+    """Path of a file that a config names.
+
+    Raises:
+        ConfigError: It does not exist.
+    """
+    path = _beside(config_file, name)
     if not Path(path).is_file():
-        allowed = "path relative to the config file"
-        line = f"table.file: there is no file {path}; allowed: {allowed}"
+        line = f"{key}: there is no file {path}; allowed: path relative to the config file"
         raise ConfigError(str(config_file), [line])
     return path
+
+
+def _beside(config_file: str | Path, name: str) -> str:
+    return Path(os.path.relpath(Path(config_file).parent / name)).as_posix()
 
 
 def read_yaml(path: str | Path) -> tuple[Any, list[str]]:

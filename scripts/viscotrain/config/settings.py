@@ -83,10 +83,15 @@ class StudyConfigSettings(Settings):
 
 
 class FluidFitSettings(Settings):
-    """The fit of a fluid: number of modes, and solvent viscosity in Pa s, None = to be found."""
+    """The fit of a fluid: number of modes, and what is known in Pa s, s and 1; None = to be found.
+
+    Relaxation times and mobilities are those of the first modes, the slowest one first.
+    """
 
     modes: int | None
     solvent_viscosity: float | None
+    relaxation_times: tuple[float | None, ...]
+    mobilities: tuple[float | None, ...]
 
 
 class CaseSettings(Settings):
@@ -233,6 +238,14 @@ class TrainsSettings(Settings):
     seed: int
 
 
+class MeasuredSettings(Settings):
+    """What measured spacings may be of: stations in D, De and volume fractions of the trains."""
+
+    station: tuple[float, ...]
+    deborah: tuple[float, ...]
+    volume_fraction: tuple[float, ...]
+
+
 class OrderSettings(Settings):
     """Order of equally spaced trains in a channel of some length, in D."""
 
@@ -324,6 +337,23 @@ class UnitsSettings(RheologySettings):
 
     channel_diameter: float
     particle_diameter: float
+
+
+class FitSpreadSettings(RheologySettings):
+    """Draws of the fitted fluid in a channel: D in m, length in D; the config that they change."""
+
+    draws: int
+    channel_diameter: float
+    channel_length: float
+    config: dict[str, Any]
+
+    def relaxation_time(self, fluid: Fluid) -> float:
+        """The one in s that De of the study is defined by; 1 without modes, where De is 0."""
+        if not fluid.modes:
+            return 1.0
+        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
+        share = scaled.mean_relaxation_time if self.mean else 1.0
+        return fluid.longest_relaxation_time * share
 
 
 class FiguresSettings(Settings):

@@ -17,8 +17,10 @@ from viscotrain.config.settings import (
     FieldSettings,
     FiguresSettings,
     FilmSettings,
+    FitSpreadSettings,
     FlowSettings,
     FluidFitSettings,
+    MeasuredSettings,
     MoviesSettings,
     OrderSettings,
     RheologySettings,
@@ -44,8 +46,12 @@ def study_config(study: Study) -> StudyConfigSettings:
 
 def fluid_fit(study: Study) -> FluidFitSettings:
     """The fit of the fluid to measured data."""
+    fit = study.fluid.fit
     return FluidFitSettings(
-        modes=study.fluid.fit.modes, solvent_viscosity=study.fluid.solvent_viscosity
+        modes=fit.modes,
+        solvent_viscosity=study.fluid.solvent_viscosity,
+        relaxation_times=fit.relaxation_times,
+        mobilities=fit.mobilities,
     )
 
 
@@ -162,6 +168,15 @@ def trains(study: Study) -> TrainsSettings:
     )
 
 
+def measured(study: Study) -> MeasuredSettings:
+    """What measured spacings are compared with."""
+    return MeasuredSettings(
+        station=study.trains.stations,
+        deborah=study.trains.deborah,
+        volume_fraction=study.trains.fractions,
+    )
+
+
 def design_points(study: Study) -> TrainsSettings:
     """Trains of the design map, recorded evenly from inlet to outlet."""
     length, intervals = study.channel.length, study.design_map.stations - 1
@@ -253,6 +268,17 @@ def units(study: Study) -> UnitsSettings:
         **dict(rheology(study)),
         channel_diameter=study.channel.diameter,
         particle_diameter=study.particle.diameter,
+    )
+
+
+def fit_spread(study: Study) -> FitSpreadSettings:
+    """Fluids drawn from the fit, at the study's flow rates."""
+    return FitSpreadSettings(
+        **dict(rheology(study)),
+        draws=study.fluid.fit.draws,
+        channel_diameter=study.channel.diameter,
+        channel_length=study.channel.length,
+        config=study.model_dump(),
     )
 
 

@@ -22,7 +22,7 @@ from viscotrain.drawing.style import (
     PALE_GREY,
     VERMILLION,
     Drawing,
-    colours_of,
+    deborah_colour,
     styled,
 )
 from viscotrain.trains.encapsulation import best_condition
@@ -114,8 +114,13 @@ def _draw_conditions(axes: Axes, found: xr.Dataset):
     error = found["occupancy_halfwidth"].values[:, 1]
     error = error if asked else found["best_single_halfwidth"].values
     last, inlet = found["last_station"].values == 1, found["station"].values == 0
-    for n, (De, colour) in enumerate(zip(deborah, colours_of(len(deborah)), strict=True)):
-        style = {"color": colour, "marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": ""}
+    for n, De in enumerate(deborah):
+        style = {
+            "color": deborah_colour(De),
+            "marker": MARKERS[n % len(MARKERS)],
+            "ms": 4,
+            "ls": "",
+        }
         own = found["deborah"].values == De
         axes.plot(fraction[own & inlet], 100 * single[own & inlet], mfc="none", **style)
         at = own & last

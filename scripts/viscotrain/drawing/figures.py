@@ -28,7 +28,11 @@ class FigureError(ViscotrainError, ValueError):
 
 
 def draw_with(
-    settings: FiguresSettings, name: str, source: Path | None, units: Path | None
+    settings: FiguresSettings,
+    name: str,
+    source: Path | None,
+    units: Path | None,
+    measured: Path | None = None,
 ) -> Drawing:
     """Make the figure of this name, of the study itself or of what a file holds.
 
@@ -37,6 +41,7 @@ def draw_with(
         name: File name of the figure, without extension.
         source: The file; measured data for `rheology`.
         units: File with the physical units of the study, for figures of trains.
+        measured: File with measured spacings, for their distribution.
 
     Raises:
         FigureError: There is no such figure, or it lacks a file.
@@ -50,7 +55,10 @@ def draw_with(
     if source is None:
         raise FigureError(f"{name} shows a file; found none")
     physical = xr.load_dataset(units) if units else None
-    return draw(name, xr.load_dataset(source), settings.confinement, physical)
+    dataset = xr.load_dataset(source)
+    if measured:
+        dataset = dataset.assign(xr.load_dataset(measured).data_vars)
+    return draw(name, dataset, settings.confinement, physical)
 
 
 def _on_the_axis(settings: FiguresSettings) -> float:

@@ -1,10 +1,12 @@
-"""Figure of the fluid: moduli against frequency and viscosity against shear rate.
+"""Figure of the fluid: moduli, viscosity and first normal stress difference.
 
-Lines are the fluid that is simulated, symbols what was measured, if the fluid is fitted. Dotted
-lines mark the mean velocity over the channel diameter, the shear rate of the flow, at the Deborah
-numbers of the study, to which the viscosity is drawn in any case.
+Lines are the fluid that is simulated, symbols what was measured, if the fluid is fitted. The flow
+covers shear rates from 0 on the axis to that at the wall, which is a dotted line for each Deborah
+number of the study (`wall`); what it covers at the largest one is shaded. The upper axis is the
+Weissenberg number, lambda_1 times the shear rate.
 """
 
+import contextlib
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,10 +18,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from viscotrain.drawing.style import BLUE, GREY, PAGE, SMALL, VERMILLION, Drawing, styled
+from viscotrain.drawing.style import (
+    BLUE,
+    GREY,
+    PAGE,
+    PALE_GREY,
+    SMALL,
+    VERMILLION,
+    Drawing,
+    deborah_colour,
+    styled,
+)
+from viscotrain.errors import FluidError
 from viscotrain.fluid.fit_problem import model
 from viscotrain.fluid.measurements import COLUMNS
-from viscotrain.fluid.parameters import Fluid
+from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
+from viscotrain.fluid.wall import wall_shear_rate
 
 POINTS = 201  # of a line
 MARGIN = 2.0  # factor by which lines go beyond measured rates
@@ -29,11 +43,19 @@ LOOKS = {  # colour, line, symbol, label
     "storage_modulus": (BLUE, "-", "o", "storage modulus $G'$"),
     "loss_modulus": (VERMILLION, "--", "s", "loss modulus $G''$"),
     "viscosity": ("black", "-", "D", r"viscosity $\eta$"),
+    "first_normal_stress_difference": ("black", "-", "^", "$N_1$"),
 }
-PANELS = {
-    "small oscillation": ("angular frequency [rad/s]", "moduli [Pa]"),
-    "steady shear": ("shear rate [1/s]", "viscosity [Pa s]"),
-}
+PANELS = (  # quantities, and labels of the axes
+    (("storage_modulus", "loss_modulus"), "angular frequency [rad/s]", "moduli [Pa]"),
+    (("viscosity",), "shear rate [1/s]", "viscosity [Pa s]"),
+    (
+        ("first_normal_stress_difference",),
+        "shear rate [1/s]",
+        "first normal stress difference [Pa]",
+    ),
+)
+
+OF_THE_FLOW = "covered by the flow", "at the wall"
 
 
 def measured(fit: str | Path) -> pd.DataFrame:
@@ -56,37 +78,66 @@ def rheology(
         fluid: In physical units.
         measured: Columns quantity, abscissa (1/s) and measured, as from `measurements.read`; None
             for a fluid that was not measured.
-        rates: Mean velocity over channel diameter in 1/s, by Deborah number.
+        rates: Mean velocity over channel diameter in 1/s, by Deborah number; those at the wall
+            follow.
     """
     if measured is None:
         measured = pd.DataFrame({"quantity": [], "abscissa": [], "measured": []})
-    rates = rates or {}
-    data = _data(fluid, measured, list(rates.values()))
+    walls = _wall_rates(fluid, rates or {})
+    data = _data(fluid, measured, walls)
+    shown = [panel for panel in PANELS if set(panel[0]) & set(data["quantity"])]
     figure = Figure(figsize=(PAGE, 3.2), layout="constrained")
     figure.get_layout_engine().set(wspace=0.06)
     figure.suptitle(_heading(fluid), fontsize=SMALL)
-    panels = dict(zip(PANELS, figure.subplots(1, 2), strict=True))
-    for title, axes in panels.items():
-        x_label, y_label = PANELS[title]
+    for axes, panel in zip(figure.subplots(1, len(shown)), shown, strict=True):
+        quantities, x_label, y_label = panel
         axes.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
-        axes.set_title(title, loc="left")
         axes.tick_params(which="both", direction="in", top=True, right=True)
-    for quantity, rows in data.groupby("quantity", sort=False):
-        oscillation = COLUMNS[quantity].abscissa == "angular_frequency"
-        _draw(panels["small oscillation" if oscillation else "steady shear"], quantity, rows)
-    for axes in panels.values():
+        for quantity, rows in data[data["quantity"].isin(quantities)].groupby(
+            "quantity", sort=False
+        ):
+            _draw(axes, str(quantity), rows)
         axes.margins(x=0)
         _leave_room(axes)
-    _mark_rates(panels["steady shear"], rates)
-    panels["small oscillation"].legend(loc="lower right")  # moduli rise, viscosities fall
-    # On white: dotted lines pass behind it.
-    cover = {"frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 1.0}
-    panels["steady shear"].legend(loc="upper right", **cover)
+        if x_label.startswith("shear") and fluid.modes:
+            _mark_flow(axes, walls, fluid.longest_relaxation_time)
+    _add_legend(figure, len(measured) > 0)
     return Drawing(figure, data)
 
 
-def _data(fluid: Fluid, measured: pd.DataFrame, marked: list[float]) -> pd.DataFrame:
-    parts = []
+def _add_legend(figure: Figure, with_symbols: bool):
+    """One below all panels, where it hides no data; a line and its symbols are one entry."""
+    entries: dict[str, list] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, []).append(handle)
+    for label in OF_THE_FLOW:  # behind what is measured
+        if label in entries:
+            entries[label] = entries.pop(label)[:1]
+    legend = figure.legend(
+        [tuple(handles[:2]) for handles in entries.values()],
+        list(entries),
+        loc="outside lower center",
+        ncols=len(entries),
+        columnspacing=1.5,
+    )
+    if with_symbols:
+        legend.set_title("lines: model; symbols: measured")
+
+
+def _wall_rates(fluid: Fluid, rates: Mapping[float, float]) -> dict[float, float]:
+    """Shear rates at the wall in 1/s by De of the study, without those whose flow is not unique."""
+    scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
+    walls = {}
+    for De, rate in rates.items():
+        with contextlib.suppress(FluidError):
+            walls[De] = rate * wall_shear_rate(scaled, fluid.longest_relaxation_time * rate)
+    return walls
+
+
+def _data(fluid: Fluid, measured: pd.DataFrame, walls: Mapping[float, float]) -> pd.DataFrame:
+    """Rows of lines and symbols, and of the walls: De as the value."""
+    parts, marked = [], list(walls.values())
     for quantity in LOOKS:
         column = COLUMNS[quantity]
         of_flow = marked if column.abscissa == "shear_rate" else []
@@ -97,7 +148,10 @@ def _data(fluid: Fluid, measured: pd.DataFrame, marked: list[float]) -> pd.DataF
         own = measured[measured["quantity"] == quantity]
         if len(own):
             parts.append(_rows(quantity, "measured", own["abscissa"], own["measured"]))
-    return pd.concat(parts, ignore_index=True)
+    at_walls = {"quantity": "deborah", "unit": "1", "kind": "wall", "against": "shear_rate"}
+    lines = {"abscissa_per_second": marked, "value": list(walls)}
+    parts.append(pd.DataFrame(lines).assign(**at_walls))
+    return pd.concat([part for part in parts if len(part)], ignore_index=True)
 
 
 def _rows(quantity: str, kind: str, x, y) -> pd.DataFrame:
@@ -134,12 +188,11 @@ def _rates(
 def _draw(axes: Axes, quantity: str, rows: pd.DataFrame):
     colour, line, symbol, label = LOOKS[quantity]
     curve, points = (rows[rows["kind"] == kind] for kind in ("model", "measured"))
-    name = f"{label}, model" if len(points) else label
-    axes.plot(curve["abscissa_per_second"], curve["value"], line, color=colour, label=name)
+    axes.plot(curve["abscissa_per_second"], curve["value"], line, color=colour, label=label)
     if len(points):
         style = {"ls": "", "marker": symbol, "ms": 3.5, "mew": 0.7, "mfc": "white"}
         x, y = points["abscissa_per_second"], points["value"]
-        axes.plot(x, y, color=colour, label="measured", zorder=1.9, **style)
+        axes.plot(x, y, color=colour, label=label, zorder=1.9, **style)
 
 
 def _leave_room(axes: Axes):
@@ -149,15 +202,33 @@ def _leave_room(axes: Axes):
     axes.set_ylim(min(low, middle / 10), max(high, middle * 10))
 
 
-def _mark_rates(axes: Axes, rates: Mapping[float, float]):
-    for De, rate in rates.items():
-        axes.axvline(rate, color=GREY, lw=0.7, ls=":", zorder=0.5)
+def _mark_flow(axes: Axes, walls: Mapping[float, float], relaxation_time: float):
+    """Shear rates that the flow covers, and the Weissenberg number on the upper axis."""
+    for De, rate in walls.items():
+        colour = deborah_colour(De)
+        axes.axvline(rate, color=colour, lw=0.9, ls=":", zorder=0.5)
         place = {"xy": (rate, 0), "xycoords": ("data", "axes fraction")}
         offset = {"xytext": (-1, 3), "textcoords": "offset points"}
-        turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": SMALL, "color": GREY}
+        turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": SMALL, "color": colour}
         axes.annotate(f"De = {De:g}", **place, **offset, **turned)
-    if rates:
-        axes.plot([], [], color=GREY, lw=0.7, ls=":", label=r"$\bar{U}/D$ of the study")
+    if walls:
+        low, _ = axes.get_xlim()
+        axes.axvspan(
+            low,
+            max(walls.values()),
+            color=PALE_GREY,
+            alpha=0.35,
+            lw=0,
+            zorder=0.1,
+            label=OF_THE_FLOW[0],
+        )
+        axes.plot([], [], color=GREY, lw=0.7, ls=":", label=OF_THE_FLOW[1])
+    axes.tick_params(which="both", top=False)
+    upper = axes.secondary_xaxis(
+        "top", functions=(lambda x: x * relaxation_time, lambda x: x / relaxation_time)
+    )
+    upper.tick_params(which="both", direction="in")
+    upper.set_xlabel(r"Weissenberg number, $\lambda_1\dot\gamma$")
 
 
 def _heading(fluid: Fluid) -> str:

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from viscotrain.drawing.conventions import SIGNED, train_conditions
 from viscotrain.drawing.style import BLUE, PAGE, SMALL, STYLE, VERMILLION, Drawing, styled
+from viscotrain.trains.measured import DENSITIES, probability
+from viscotrain.trains.measured import WORDS as MEASURED_WORDS
 from viscotrain.trains.statistics import TOUCHING
 from viscotrain.trains.variables import with_errors
 from viscotrain.words import NEGLIGIBLE
@@ -20,7 +22,7 @@ from viscotrain.words import NEGLIGIBLE
 OCTAVES = 2  # of distances, drawn below and above that of an equally spaced train
 WIDE_AND_CLOSE = "PuOr_r"
 
-
+MEASURED = [*MEASURED_WORDS, *DENSITIES, "measured_spacing", "measured_station"]
 SCALARS = ["deborah", "confinement", "volume_fraction", "feed_volume_fraction"]
 SCALARS += ["injection_rate", "memory_number"]
 
@@ -40,12 +42,14 @@ def spacing(trains: xr.Dataset) -> Drawing:
     measures = ["spacing_density", "mean_spacing", "spacing_mode", "spacing_variation"]
     measures += ["even_share", "touching_share"]
     injected = [f"{name}_injected" for name in measures if f"{name}_injected" in trains]
-    data = kept(trains, measures, ["mean_spacing_law", *injected])
+    others = [name for name in MEASURED if name in trains]
+    data = kept(trains, measures, ["mean_spacing_law", *injected, *others])
     stations = data["station"].values
     centres = data["spacing_bin"].values
     width = float(data["spacing_bin"].attrs["bin_width"])
     edges = np.append(centres - width / 2, centres[-1] + width / 2)
-    figure = Figure(figsize=(PAGE, 1.2 + 0.8 * len(stations)), layout="constrained")
+    height = 1.2 + (0.9 if others else 0.8) * len(stations)
+    figure = Figure(figsize=(PAGE, height), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.02, hspace=0.0)
     panels = figure.subplots(len(stations), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     law = float(data["mean_spacing_law"])
@@ -57,7 +61,11 @@ def spacing(trains: xr.Dataset) -> Drawing:
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.spines[["top", "right"]].set_visible(False)
     high = data["spacing_density"] + data["spacing_density_halfwidth"].fillna(0.0)
-    panels[0].set_ylim(0.0, 1.05 * float(high.max()))
+    highest = float(high.max())
+    if others:
+        measured = data["measured_density"] + data["measured_density_error"]
+        highest = np.nanmax([highest, float(measured.max())])
+    panels[0].set_ylim(0.0, 1.05 * highest)
     panels[-1].set_xlabel("distance to the sphere ahead, $s^*$ [$d$]")
     figure.supylabel("probability density [$1/d$]", fontsize=STYLE["axes.labelsize"])
     figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
@@ -77,7 +85,11 @@ def _keys(trains: xr.Dataset) -> list:
         sampling = f"sampling error (95 %, {repeats} repeats), first \N{PLUS-MINUS SIGN}"
         entries.append((band, sampling))
     model = Patch(facecolor=BLUE, alpha=0.6, lw=0)
-    return [*entries, (model, "model error (table and closure), last \N{PLUS-MINUS SIGN}")]
+    entries.append((model, "model error (table and closure), last \N{PLUS-MINUS SIGN}"))
+    if "measured_density" in trains:
+        points = Line2D([], [], color="black", marker="o", ms=2.5, ls="")
+        entries.append((points, "measured, \N{PLUS-MINUS SIGN} root of the count"))
+    return entries
 
 
 def _draw_distribution(axes: Axes, station: xr.Dataset, edges: NDArray):
@@ -89,8 +101,19 @@ def _draw_distribution(axes: Axes, station: xr.Dataset, edges: NDArray):
     axes.stairs(density, edges, color=BLUE, lw=1.0)
     law = station["spacing_density_injected"].values
     axes.stairs(law, edges, color=VERMILLION, lw=0.8, ls=(0, (1, 1)), baseline=None)
+    if "measured_density" in station:
+        _draw_measured(axes, station)
     place = {"ha": "left", "va": "top", "transform": axes.transAxes}
     axes.text(1.02, 1.0, _measures(station), fontsize=SMALL, linespacing=1.3, **place)
+
+
+def _draw_measured(axes: Axes, station: xr.Dataset):
+    """Measured densities with the width of their bins and the error of counting."""
+    density, error = (station[name].values for name in DENSITIES)
+    some = np.nan_to_num(density) > 0
+    half = float(station["measured_bin"].attrs["bin_width"]) / 2
+    style = {"color": "black", "ls": "", "marker": "o", "ms": 2.5, "elinewidth": 0.6}
+    axes.errorbar(station["measured_bin"].values[some], density[some], error[some], half, **style)
 
 
 def _measures(station: xr.Dataset) -> str:
@@ -105,7 +128,17 @@ def _measures(station: xr.Dataset) -> str:
         f"mode {'none: flat' if mode == 'flat' else f'{mode} $d$'}\n"
         f"CV {words('spacing_variation', 3)}\n"
         f"within 20 % of mean {words('even_share', 1, 100)} %\n"
-        f"touching spheres {words('touching_share', 1, 100)} %"
+        f"touching spheres {words('touching_share', 1, 100)} %" + _distance_in_words(station)
+    )
+
+
+def _distance_in_words(station: xr.Dataset) -> str:
+    """How far the measured spacings are, on a line of their own; empty without some."""
+    if not float(station.get("measured_count", 0)):
+        return ""
+    p = probability(float(station["ks_p_value"]))
+    return (
+        f"\nmeasured {int(station['measured_count'])}: KS {float(station['ks_distance']):.3f}, {p}"
     )
 
 

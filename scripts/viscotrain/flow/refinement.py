@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.meshes import Sizes
 
-SAFETY = 2.4  # fitted to 337 true errors (README, "The results")
+SAFETY = 2.4  # fitted to 337 true errors (docs/accuracy.md)
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
 RATES = 0.5, 3.0
 SMOOTH = 1 / 16  # product of the decays of a smooth solution

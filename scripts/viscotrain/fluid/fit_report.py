@@ -10,7 +10,8 @@ import xarray as xr
 import yaml
 
 from viscotrain.fluid import rheology
-from viscotrain.fluid.fit_problem import FluidFit
+from viscotrain.fluid.fit_parameters import Known, Layout, values_of
+from viscotrain.fluid.fit_problem import NORMAL_STRESS, FluidFit
 from viscotrain.fluid.fluid_fit import Result
 from viscotrain.fluid.parameters import Fluid
 
@@ -44,8 +45,8 @@ def as_yaml(fitted: FluidFit) -> str:
         for name, error in zip(fitted.names, fitted.uncertainties, strict=True)
     )
     comment = (
-        f"Fitted to {len(fitted.data)} numbers in {files}, rms deviation {100 * fitted.misfit:.1f} "
-        f"%. Standard errors: {errors or 'nothing was fitted'}."
+        f"Fitted to {len(fitted.data)} numbers in {files}, rms deviation {_scatter(fitted)}. "
+        f"Standard errors: {errors or 'nothing was fitted'}.{_not_fitted(fitted)}"
     )
     falling = _falling_stress(fitted.fluid)
     if falling is not None:
@@ -57,6 +58,26 @@ def as_yaml(fitted: FluidFit) -> str:
     settings = {"sort_keys": False, "default_flow_style": None, "width": 99}
     block = yaml.safe_dump({"fluid": rounded(fitted.fluid)}, **settings)
     return "".join(f"# {line}\n" for line in lines) + block
+
+
+def _scatter(fitted: FluidFit) -> str:
+    """How far data and fluid are apart, normal stresses by themselves where they scatter more."""
+    noise = fitted.data.groupby("quantity")["noise"].first()
+    if noise.nunique() < 2:
+        return f"{100 * fitted.misfit:.1f} %"
+    of_normal = f"{100 * noise.pop(NORMAL_STRESS):.1f} %"
+    return f"{100 * noise.iloc[0]:.1f} % (normal stress differences {of_normal})"
+
+
+def _not_fitted(fitted: FluidFit) -> str:
+    """Names and values of what was known."""
+    count = len(fitted.fluid.modes)
+    known = [name for name in Layout(count, Known()).names if name not in fitted.names]
+    if not known:
+        return ""
+    values = values_of(fitted.fluid, known)
+    words = [f"{name} {value:.{DIGITS}g}" for name, value in zip(known, values, strict=True)]
+    return f" Known, not fitted: {', '.join(words)}."
 
 
 def _falling_stress(fluid: Fluid) -> float | None:
@@ -99,6 +120,8 @@ def _parameters(fitted: FluidFit) -> dict[str, tuple]:
             fitted.uncertainties,
             "standard error: relative for viscosities and times, absolute for mobilities",
         ),
+        "lowest": (fitted.limits[0], "smallest value that the fit may find, units as the value"),
+        "highest": (fitted.limits[1], "largest value that the fit may find, units as the value"),
         "relative": (np.array(relative, dtype=np.int8), "1: uncertainty is relative"),
     }
     correlation = {"long_name": "correlation of the errors of two parameters", "units": "1"}
@@ -111,9 +134,13 @@ def _numbers(data: pd.DataFrame) -> dict[str, tuple]:
     """What was measured, what the fluid gives, and where it stands."""
     variables = {
         "abscissa": (data["abscissa"], "angular frequency in rad/s or shear rate in 1/s"),
-        "measured": (data["measured"], "measured modulus in Pa or viscosity in Pa s"),
+        "measured": (
+            data["measured"],
+            "measured modulus or normal stress difference in Pa, or viscosity in Pa s",
+        ),
         "model": (data["model"], "the same of the fitted fluid"),
         "residual": (data["residual"], "logarithm of model over measured"),
+        "noise": (data["noise"], "rms of the residuals that the fit takes for the number's error"),
         "line": (data["line"], "line of the file"),
     }
     texts = {"file": "file of the number", "quantity": "what was measured"}
@@ -141,7 +168,7 @@ def _described(dimension: str, variables: Mapping[str, tuple]) -> dict[str, tupl
     found = {}
     for name, (values, long_name) in variables.items():
         of = {"long_name": long_name}
-        if name not in ("value", "abscissa", "measured", "model"):
+        if name not in ("value", "lowest", "highest", "abscissa", "measured", "model"):
             of["units"] = "1"
         found[name] = (dimension, np.asarray(values), of)
     return found

@@ -1,6 +1,7 @@
 """What the scripts share: where they print, and how they end when something is wrong."""
 
 import contextlib
+import os
 import sys
 import traceback
 from collections.abc import Iterator
@@ -32,6 +33,8 @@ def reporting(log: str | Path | None = None) -> Iterator[None]:
             file = stack.enter_context(open(log, "w", encoding="utf-8", buffering=1))
             stack.enter_context(contextlib.redirect_stdout(file))
             stack.enter_context(contextlib.redirect_stderr(file))
+            if number := os.environ.get("SLURM_JOB_ID"):
+                print(f"Slurm job {number}")  # by which `sacct` and the administrators know it
         try:
             yield
         except ViscotrainError as error:

@@ -23,9 +23,12 @@ from viscotrain.config.names import train_name
 from viscotrain.config.study import Study
 from viscotrain.flow import continuation, quasi_steady
 from viscotrain.flow.refinement import unknowns_per_element
+from viscotrain.jobs import grouping
 from viscotrain.jobs.digests import digest
-from viscotrain.jobs.progress import Point, made_with, outcomes
-from viscotrain.jobs.resources import train_seconds
+from viscotrain.jobs.grouping import MINUTES
+from viscotrain.jobs.progress import Point, outcomes
+from viscotrain.jobs.provenance import made_with
+from viscotrain.jobs.resources import OTHERS, megabytes, megabytes_for, train_seconds
 from viscotrain.table.triplets import Triplet
 from viscotrain.words import has_solution
 
@@ -182,57 +185,127 @@ def flow_seconds(
 
 
 @dataclass(frozen=True)
-class Cost:
-    """CPU seconds of what is left, and of its longest job."""
+class StageCost:
+    """What is left of a stage.
 
-    flows: float
-    trains: float
-    rest: float
+    Attributes:
+        name: As its folder of results.
+        jobs: How many.
+        seconds: CPU, all jobs together, their starts not included.
+        longest: CPU seconds of the longest job.
+        megabytes: That the largest job asks for.
+    """
+
+    name: str
+    jobs: int
+    seconds: float
     longest: float
+    megabytes: int
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What is left, by stages, each of which waits for the one before."""
+
+    stages: tuple[StageCost, ...]
+
+    def of(self, name: str) -> float:
+        """CPU seconds of a stage, without the start of its jobs."""
+        return sum(stage.seconds for stage in self.stages if stage.name == name)
+
+    @property
+    def jobs(self) -> int:
+        """Number of jobs."""
+        return sum(stage.jobs for stage in self.stages)
 
     @property
     def together(self) -> float:
         """CPU seconds."""
-        return self.flows + self.trains + self.rest
+        return START_UP * self.jobs + sum(stage.seconds for stage in self.stages)
+
+    @property
+    def longest(self) -> float:
+        """CPU seconds of jobs that wait for each other."""
+        return sum(START_UP + stage.longest for stage in self.stages if stage.jobs)
 
     def wall(self, cores: int) -> float:
-        """Seconds on a number of cores; no run is shorter than its longest job."""
+        """Seconds on a number of cores; no run is shorter than its longest jobs."""
         speed = 1.0 + BUSY_CORE * (cores - 1)
         return max(self.together / speed, self.longest)
 
 
-def cost_of(study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame) -> Cost:
-    """Cost of the work that is left."""
-    model = CostModel(measured)
-    each = [
-        flow_seconds(study, geometry, deborahs, model, own)
-        for geometry, deborahs in work.flows_left.items()
-    ]
-    mean = float(np.mean(each)) if each else 0.0
+def cost_of(
+    study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame, minutes: float = MINUTES
+) -> Cost:
+    """Cost of the work that is left.
+
+    Args:
+        study: The config.
+        work: What is left of it.
+        own: Times of its own finished geometries.
+        measured: Times of others.
+        minutes: Work in a job of several geometries.
+    """
+    flows = _flows(study, work, CostModel(measured), own, minutes)
+    if not (flows.jobs or work.trains_left):
+        return Cost(())
     trains = [
         train_seconds(study, phi, study.trains, study.trains.feed) for _, phi in work.trains_left
     ]
-    films = study.movie_conditions()
-    design_map = [
-        train_seconds(study, phi, study.design_map, study.map_feed)
-        for _, phi in study.map_conditions()
-    ]
-    figures = len(study.deborah.values) + 2 * len(work.trains) + len(films) + 5
-    jobs = len(work.flows_left) + len(trains)
-    frames = study.movies.frames * len(films) * (len(study.trains.stations) + 1)
-    # Besides: design points by De and the map of them, figures of study, velocities and trains,
-    # field, table, units, page and summary.
-    rows = len({De for De, _ in study.map_conditions()})
-    started = jobs + 2 * len(films) + rows + len(work.trains) + 8
-    # The flow that is drawn is solved once more, without being one of the table's jobs.
-    rest = START_UP * started + FIGURE * figures + FRAME * frames + sum(design_map) + mean
-    rest = rest if jobs else 0.0
+    points: dict[float, float] = {}
+    for De, phi in study.map_conditions():
+        points[De] = points.get(De, 0) + train_seconds(study, phi, study.design_map, study.map_feed)
+    films = len(study.movie_conditions())
+    frames = study.movies.frames * (len(study.trains.stations) + 1)
+    pictures = len(study.deborah.values) + 2 * len(work.trains) + films + 5
     return Cost(
-        flows=sum(each),
-        trains=sum(trains),
-        rest=rest,
-        longest=max([*each, *trains], default=0.0),
+        (
+            flows,
+            _stage("table", [0.0] * bool(flows.jobs), OTHERS["table"]),
+            _stage("trains", trains, OTHERS["trains"]),
+            _stage("design_map", [*points.values(), *[0.0] * bool(points)], OTHERS["trains"]),
+            _stage("movies", [*[0.0] * films, *[FRAME * frames] * films], OTHERS["movies"]),
+            # Of the study, of velocities and of every train; then order, units, config, page,
+            # summary.
+            _spread("figures", FIGURE * pictures, 2 + len(work.trains), OTHERS["figures"]),
+            _spread("the rest", 0.0, 5, OTHERS["order"]),
+        )
     )
+
+
+def _flows(
+    study: Study, work: Work, model: CostModel, own: pd.DataFrame, minutes: float
+) -> StageCost:
+    """Simulations; the flow that is drawn is solved once more, without being one of the table's."""
+    left = {
+        geometry: flow_seconds(study, geometry, deborahs, model, own)
+        for geometry, deborahs in work.flows_left.items()
+    }
+    transient = study.dns.method == "transient"
+    groups = [[geometry] for geometry in left] if transient else grouping.jobs(study, minutes)
+    jobs = [sum(left.get(geometry, 0.0) for geometry in group) for group in groups]
+    jobs = [seconds for seconds in jobs if seconds]
+    if jobs and study.field_point():
+        jobs.append(float(np.mean(list(left.values()))))
+    largest = study.deborah_longest_mode(max(study.deborah.values))
+    return StageCost(
+        "transient" if transient else "dns",
+        len(jobs),
+        sum(jobs),
+        max(jobs, default=0.0),
+        megabytes(largest),
+    )
+
+
+def _stage(name: str, seconds: Sequence[float], measured: tuple[float, int]) -> StageCost:
+    """A stage of jobs that take so long, with the memory of a measured one."""
+    most = megabytes_for(measured[1])
+    return StageCost(name, len(seconds), sum(seconds), max(seconds, default=0.0), most)
+
+
+def _spread(name: str, seconds: float, jobs: int, measured: tuple[float, int]) -> StageCost:
+    """The same for work that is spread evenly over its jobs."""
+    return _stage(name, [seconds / jobs] * jobs, measured)
 
 
 def basis_of(study: Study, own: pd.DataFrame) -> str:
@@ -247,17 +320,18 @@ def basis_of(study: Study, own: pd.DataFrame) -> str:
     return f"{own_times}; at De {', '.join(unknown)} {measured}"
 
 
-def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) -> str:
-    """The whole estimate as text."""
+def estimate(
+    study: Study, results: Path, cores: int, measured: pd.DataFrame, minutes: float = MINUTES
+) -> str:
+    """The whole estimate as text; for the arguments see `cost_of`."""
     work = work_of(study, results)
     own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
-    cost = cost_of(study, work, own, measured)
+    cost = cost_of(study, work, own, measured, minutes)
     simulated_points = sum(map(len, work.flows.values()))
     left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
     table = sum(len({*study.geometries, *wanted(study, De)}) for De in study.deborah.values)
     unsolved = len(work.outcomes) - work.solved
     trains, trains_left = len(work.trains), len(work.trains_left)
-    each = f", {cost.flows / left:.0f} s per geometry" if left else ""
     lines = [
         f"study {study.study}: {len(work.flows)} geometries, {simulated_points} points "
         f"(De x geometry), {trains} trains with {study.trains.repeats} repeats each",
@@ -266,15 +340,23 @@ def estimate(study: Study, results: Path, cores: int, measured: pd.DataFrame) ->
         + (f"; {unsolved} without a solution" if unsolved else "")
         + f"; {trains - trains_left} trains",
         f"  left         {left} geometries, {points_left} points, {trains_left} trains",
-        f"  simulations  {_duration(cost.flows)} CPU{each}",
-        f"  trains       {_duration(cost.trains)} CPU",
-        f"  the rest     {_duration(cost.rest)} CPU: start of jobs, design map, movies, figures",
-        f"  expected     {cost.together / 3600:.2f} core-hours, "
+        *(_row(stage) for stage in cost.stages if stage.jobs),
+        f"  expected     {cost.together / 3600:.2f} core-hours in {cost.jobs} jobs, "
         f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}",
     ]
     if left:
         lines.append(f"  rests on     {basis_of(study, own)}")
     return "\n".join(lines)
+
+
+def _row(stage: StageCost) -> str:
+    """A line about a stage."""
+    jobs = f"{stage.jobs} {'job' if stage.jobs == 1 else 'jobs'}"
+    seconds = stage.seconds + START_UP * stage.jobs
+    return (
+        f"    {stage.name:<10} {jobs}, {seconds / 3600:.2f} core-hours, "
+        f"the longest {_duration(START_UP + stage.longest)}, {stage.megabytes / 1e3:.1f} GB each"
+    )
 
 
 def _duration(seconds: float) -> str:

@@ -8,7 +8,19 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from viscotrain.table.attributes import ATTRIBUTES
+from viscotrain.words import DEBORAH_NUMBERS
+
 COMPRESSION = 4  # zlib level
+# What files of several stages hold for their readers, who need not say it themselves.
+SHARED = {
+    **{name: {"long_name": words, "units": "1"} for name, words in DEBORAH_NUMBERS.items()},
+    **{name: ATTRIBUTES[name] for name in ("sp", "sf", "status", "centreline_velocity")},
+    "confinement": {"long_name": "sphere over channel diameter", "units": "1"},
+    "length": {"long_name": "periodic length over channel diameter", "units": "1"},
+    "reason": {"long_name": "why there is no solution, or none that is accurate"},
+    "sphere": {"long_name": "sphere, named along the flow"},
+}
 
 
 def read(path: str | Path) -> xr.Dataset:
@@ -20,6 +32,7 @@ def write(dataset: xr.Dataset, path: str | Path) -> None:
     """Write a netCDF file, whose bytes depend on the content only; its folder is made if needed."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    dataset = described(dataset)
     encoding: dict[Hashable, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
         options: dict[str, Any] = {}
@@ -29,6 +42,15 @@ def write(dataset: xr.Dataset, path: str | Path) -> None:
         if variable.ndim and np.issubdtype(variable.dtype, np.number):
             options |= {"zlib": True, "complevel": COMPRESSION}
     dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
+
+
+def described(dataset: xr.Dataset) -> xr.Dataset:
+    """A dataset whose shared variables say what they are, where their stage does not."""
+    dataset = dataset.copy()
+    for name, attributes in SHARED.items():
+        if name in dataset.variables and "long_name" not in dataset[name].attrs:
+            dataset[name].attrs.update(attributes)
+    return dataset
 
 
 def write_csv(table: pd.DataFrame, path: str | Path | None, digits: int | None = None) -> None:

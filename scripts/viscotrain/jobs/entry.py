@@ -37,7 +37,7 @@ import xarray as xr
 
 from viscotrain.config.models import FluidConfig
 from viscotrain.config.reading import load_study, read_yaml, with_fitted_fluid
-from viscotrain.jobs import datasets, provenance
+from viscotrain.jobs import datasets, provenance, several
 from viscotrain.jobs.command import reporting
 from viscotrain.jobs.digests import digest
 
@@ -102,6 +102,11 @@ def positive(text: str) -> float:
     return value
 
 
+def number_or_none(text: str) -> float | None:
+    """Conversion to a number, or to None of the word none."""
+    return None if text == "none" else float(text)
+
+
 def folder_for(key: str) -> Source:
     """The folder of what a rule has under a key of its outputs."""
     return made("folder to write to", key=key, convert=folder_of)
@@ -125,6 +130,10 @@ class Argument:
     def required(self) -> bool:
         """Whether there is no default."""
         return self.default is inspect.Parameter.empty
+
+    def is_missing_wildcard(self, snakemake) -> bool:
+        """Whether it is a wildcard that a job does not have: one of several geometries."""
+        return self.source.part == "wildcards" and (snakemake.wildcards.get(self.name) is None)
 
     def of_job(self, snakemake) -> Any:
         """The value that Snakemake gives, or the default."""
@@ -227,8 +236,13 @@ def run(
     """
     script, work = main.__globals__, partial(_call, main, solves)
     if "snakemake" in script:
-        with reporting(script["snakemake"].log[0]):
-            _as_job(work, declared(main), settings, script["snakemake"])
+        arguments, snakemake = declared(main), script["snakemake"]
+        one = partial(_as_job, work, arguments, settings)
+        if any(argument.is_missing_wildcard(snakemake) for argument in arguments):
+            several.run(snakemake, one, partial(_current, settings, snakemake))
+        else:
+            with reporting(snakemake.log[0]):
+                one(snakemake)
     elif script["__name__"] == "__main__":
         arguments = declared(main) + (declared(settings) if settings else [])
         _from_command_line(work, arguments, settings, config, script)
@@ -243,20 +257,30 @@ def _call(main: Callable, solves: bool, job: Job, values: Mapping[str, Any]):
 
 
 def _as_job(work: Callable, arguments: Sequence[Argument], settings, snakemake):
-    given, fluid = None, snakemake.input.get("fluid")
-    if settings is not None:
-        kind = inspect.signature(settings).return_annotation
-        given = kind.model_validate(snakemake.params.settings)
-        if fluid:
-            written = FluidConfig.model_validate(read_yaml(fluid)[0]["fluid"])
-            given = given.with_fluid(written.physical())
     job = Job(
-        settings=given,
+        settings=_given(settings, snakemake),
         study=snakemake.params.study,
         code=snakemake.params.code,
         by_hand=False,
     )
     work(job, {argument.name: argument.of_job(snakemake) for argument in arguments})
+
+
+def _given(settings, snakemake) -> Any:
+    """The settings of a job, with the fluid in its place."""
+    if settings is None:
+        return None
+    kind = inspect.signature(settings).return_annotation
+    given = kind.model_validate(snakemake.params.settings)
+    if fluid := snakemake.input.get("fluid"):
+        written = FluidConfig.model_validate(read_yaml(fluid)[0]["fluid"])
+        given = given.with_fluid(written.physical())
+    return given
+
+
+def _current(settings, snakemake, path: Path) -> bool:
+    """Whether a file was made with the settings and the code of a job."""
+    return provenance.made_with(path, _given(settings, snakemake), snakemake.params.code)
 
 
 def _from_command_line(

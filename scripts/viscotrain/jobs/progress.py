@@ -12,26 +12,14 @@ import xarray as xr
 from viscotrain.config import stages
 from viscotrain.config.geometries import simulated, wanted
 from viscotrain.config.names import geometry_name, point_name
-from viscotrain.config.settings import Settings
 from viscotrain.config.study import Study
 from viscotrain.jobs.digests import digest
-from viscotrain.jobs.provenance import was_made_with
+from viscotrain.jobs.provenance import made_with
 from viscotrain.table.points import point_error
 from viscotrain.table.triplets import simulated_as
 from viscotrain.words import INACCURATE, SOLVED, has_solution
 
 Point = tuple[float, float, float]  # sp, sf, De
-
-
-def made_with(path: Path, settings: Settings, code: str) -> bool:
-    """Whether a file is there and was made with these settings and this code."""
-    if not path.exists():
-        return False
-    try:
-        with xr.open_dataset(path) as dataset:
-            return was_made_with(dataset.attrs, settings, code)
-    except (OSError, ValueError):  # not netCDF
-        return False
 
 
 class Simulations:

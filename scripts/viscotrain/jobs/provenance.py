@@ -5,6 +5,8 @@ import importlib.metadata
 import subprocess
 from pathlib import Path
 
+import xarray as xr
+
 from viscotrain.config.settings import Settings
 
 PACKAGE = Path(__file__).parents[1]
@@ -59,3 +61,14 @@ def was_made_with(attributes: dict[str, str], settings: Settings, code: str) -> 
     """Whether a file with these attributes has these settings and is of this code."""
     own = attributes.get("settings"), attributes.get("code_digest")
     return own == (settings.stated().text(), code)
+
+
+def made_with(path: Path, settings: Settings, code: str) -> bool:
+    """Whether a file is there and was made with these settings and this code."""
+    if not path.exists():
+        return False
+    try:
+        with xr.open_dataset(path) as dataset:
+            return was_made_with(dataset.attrs, settings, code)
+    except (OSError, ValueError):  # not netCDF
+        return False

@@ -18,6 +18,8 @@ from viscotrain.words import FASTEST, repeated
 
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 MARGIN = 20.0
+MARGIN_OF_MANY = 4.0  # of each further geometry of a job: not all of them are the slowest
+MEAN = 0.65  # what a geometry costs over what the slowest one does
 SHORTEST, SMALLEST = 5, 500  # minutes and MB: what is loaded differs between machines
 # How much more than a geometry at held distances: start-ups of all its De, a short train of six
 # spheres for 100 D/Ubar, all settings of a study of convergence.
@@ -35,11 +37,13 @@ OTHERS = {
     "design_map": (2.9, 280),
     "order": (2.8, 320),
     "encapsulation": (4.0, 320),
+    "measured": (2.0, 200),
     "verification_report": (9.4, 360),
     "figures": (6.4, 310),
     "interactive": (1.3, 210),
     "summary": (0.9, 220),
     "fluid_fit": (4.0, 220),
+    "fit_spread": (2.0, 230),
 }
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 3000.
@@ -68,15 +72,22 @@ def _at(deborah: float) -> tuple[float, int]:
     return measured[min((De for De in measured if De >= deborah), default=max(measured))]
 
 
-def minutes(stage: str, deborah: float, attempt: int = 1) -> int:
+def minutes(stage: str, deborah: float, attempt: int = 1, geometries: int = 1) -> int:
     """Run time to ask for, of a stage of `TIMES`.
 
     Args:
         stage: What is solved.
         deborah: The largest one that is solved.
         attempt: How many times it was tried, this time included.
+        geometries: How many are solved one after the other; one of them may take very long.
     """
-    return minutes_for(TIMES[stage] * _at(deborah)[0], attempt)
+    times = 1 + (geometries - 1) * MARGIN_OF_MANY / MARGIN
+    return minutes_for(times * TIMES[stage] * _at(deborah)[0], attempt)
+
+
+def flow_seconds(deborah: float) -> float:
+    """CPU seconds of a geometry through all Deborah numbers up to this, about the mean."""
+    return MEAN * _at(deborah)[0]
 
 
 def minutes_for(seconds: float, attempt: int = 1) -> int:

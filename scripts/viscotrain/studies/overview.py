@@ -6,8 +6,10 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
+from viscotrain.studies import fit_spread
 from viscotrain.table import attributes, description, points
 from viscotrain.trains import design_map, encapsulation, repeats
+from viscotrain.trains.measured import headline as measured_headline
 
 
 def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
@@ -47,11 +49,25 @@ def of_trains(trains: Sequence[Path], maps: Sequence[Path], units: Path) -> Iter
         yield from (f"{'':18}{line}" for line in design_map.headline(xr.load_dataset(path)))
 
 
+def of_measured(measured: Sequence[Path]) -> Iterator[str]:
+    """The headlines of measured spacings beside those of trains."""
+    for path in measured:
+        yield f"  measured        {path}"
+        yield from (f"{'':18}{line}" for line in measured_headline(xr.load_dataset(path)))
+
+
 def of_droplets(path: Path | None) -> Iterator[str]:
     """The headline of beads in droplets."""
     if path is not None:
         yield f"  droplets        {path}"
         yield from (f"{'':18}{line}" for line in encapsulation.headline(xr.load_dataset(path)))
+
+
+def of_fits(spreads: Sequence[Path]) -> Iterator[str]:
+    """What the uncertainty of a fit does."""
+    for path in spreads:
+        yield f"  fitted fluid    {path}"
+        yield from (f"{'':18}{line}" for line in fit_spread.headline(xr.load_dataset(path)))
 
 
 def of_pictures(figures: Sequence[Path], movies: Sequence[Path]) -> list[str]:

@@ -103,8 +103,8 @@ def combine(
         name: (("condition", *dims), np.array([row[name] for row in rows]), _words("1", text))
         for name, (dims, text) in sorted(described.items())
     }
-    rate = [row["bead_rate"] for row in rows]
-    variables["bead_rate"] = ("condition", rate, _words("s-1", "beads that enter in a second"))
+    rate = np.array([row["bead_rate"] for row in rows])
+    variables["bead_rate"] = (("condition",), rate, _words("s-1", "beads that enter in a second"))
     found = xr.Dataset(
         variables,
         coords={
@@ -203,19 +203,19 @@ def table(found: xr.Dataset) -> pd.DataFrame:
 
 def inverse_table(found: xr.Dataset) -> pd.DataFrame:
     """What has to be poured in for the wanted rate of beads: a row per flow rate, none if none."""
+    columns = {
+        "deborah": ("flow_deborah", 1),
+        "flow_rate_uL_per_min": ("wanted_flow_rate", 1),
+        "beads_per_second": ("wanted_bead_rate", 1),
+        "feed_volume_fraction_percent": ("wanted_feed_volume_fraction", 100),
+        "volume_fraction_percent": ("wanted_volume_fraction", 100),
+        "mean_spacing_d": ("wanted_mean_spacing", 1),
+        "possible": ("possible", 1),
+    }
     if "wanted_bead_rate" not in found:
-        return pd.DataFrame()
-    return pd.DataFrame(
-        {
-            "deborah": found["flow_deborah"].values,
-            "flow_rate_uL_per_min": found["wanted_flow_rate"].values,
-            "beads_per_second": float(found["wanted_bead_rate"]),
-            "feed_volume_fraction_percent": 100 * found["wanted_feed_volume_fraction"].values,
-            "volume_fraction_percent": 100 * found["wanted_volume_fraction"].values,
-            "mean_spacing_d": found["wanted_mean_spacing"].values,
-            "possible": found["possible"].values.astype(bool),
-        }
-    )
+        return pd.DataFrame(columns=list(columns))
+    values = {name: factor * found[of].values for name, (of, factor) in columns.items()}
+    return pd.DataFrame(values, index=range(found.sizes["flow"]))
 
 
 def best_condition(found: xr.Dataset) -> xr.Dataset:

@@ -1,18 +1,24 @@
-"""The accuracy statement of the README: that of the verification, from the kept numbers."""
+"""The accuracy statements of README and docs: those of the verification, from the kept numbers."""
 
 import pandas as pd
 import pytest
-from harness import ROOT
-from readme_accuracy import KEPT, with_statement
+from generate_accuracy_docs import KEPT, OUTLET, STATEMENT, headline, pages, rows
 
 from viscotrain.studies.accuracy import KINDS, observed_orders, with_errors
 
-README = ROOT / "README.md"
+
+def test_pages_hold_the_kept_statements():
+    for path, text in pages().items():
+        assert path.read_text(encoding="utf-8") == text, path.name
 
 
-def test_readme_holds_the_kept_statement():
-    text = README.read_text(encoding="utf-8")
-    assert with_statement(text) == text
+def test_headline_is_the_largest_error_of_each_kind():
+    statement, outlet = (rows(path.read_text(encoding="utf-8")) for path in (STATEMENT, OUTLET))
+    worse = ["quasi-steady at sp = 2, sf = 2", "transient", "5", "3.0e-04 Ubar"]
+    assert "3.0e-04 Ubar" not in headline(statement, outlet)
+    assert "| 3.0e-04 Ubar |" in headline([*statement, worse], outlet)
+    off = ["1.5 d", "31", "rest", "0.2", "4.1, 4.2 d", "+0.010, -0.345 d", "", "", ""]
+    assert "0.34 d at De = 31" in headline(statement, [*outlet, off])  # 0.345 in binary
 
 
 def test_kept_statement_follows_from_the_kept_numbers():

@@ -1,0 +1,50 @@
+"""Pages that programs write: what they make of what they are given."""
+
+import generate_results_docs
+import generate_rule_graph
+import pytest
+import xarray as xr
+from marked_blocks import filled
+
+
+def test_blocks_are_filled_in_their_places_only():
+    page = "a\n<!-- x: begin -->\nold\n<!-- x: end -->\nb\n"
+    once = filled(page, {"x": "new"})
+    assert once == "a\n<!-- x: begin -->\n\nnew\n\n<!-- x: end -->\nb\n"
+    assert filled(once, {"x": "new"}) == once
+    with pytest.raises(ValueError, match="no place for the block 'y'"):
+        filled(page, {"y": ""})
+
+
+def test_a_statistic_and_its_errors_share_a_row():
+    mean = ("station", [1.0], {"units": "mm", "long_name": "mean"})
+    dataset = xr.Dataset({"m": mean, "m_halfwidth": mean, "m_model_error": mean, "halfwidth": mean})
+    _, _, row, alone = generate_results_docs.table(dataset).splitlines()
+    assert row == "| `m` | station | mm | mean; also `_halfwidth`, `_model_error` |"
+    assert alone.startswith("| `halfwidth` |")
+
+
+def test_flags_are_in_words():
+    flag = {"long_name": "outcome", "flag_values": [0, 1], "flag_meanings": "solved not_converged"}
+    row = generate_results_docs.table(xr.Dataset({"f": ((), 0, flag)})).splitlines()[-1]
+    assert row == "| `f` |  |  | outcome: 0 solved, 1 not converged |"
+
+
+GRAPH = {"a": set(), "late": set(), "b": {"a"}, "c": {"b", "a"}, "all": {"a", "c", "late"}}
+
+
+def test_implied_arrows_are_left_out():
+    assert generate_rule_graph.reduced(GRAPH) == GRAPH | {"c": {"b"}, "all": {"c", "late"}}
+
+
+def test_rules_stand_right_of_what_they_use_and_not_earlier_than_needed():
+    graph = generate_rule_graph.reduced(GRAPH)
+    found = {rule: generate_rule_graph.depth(graph, rule) for rule in graph}
+    assert found == {"a": 0, "b": 1, "c": 2, "late": 2, "all": 3}
+
+
+@pytest.mark.slow
+def test_the_kept_drawing_is_that_of_the_rules():
+    graph = generate_rule_graph.reduced(generate_rule_graph.rules("config/config.yaml"))
+    kept = generate_rule_graph.PICTURE.read_text(encoding="utf-8")
+    assert generate_rule_graph.drawing(graph) == kept
