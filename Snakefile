@@ -12,30 +12,55 @@ include: "workflow/rules/common.smk"
 report: "workflow/report/study.rst"
 
 
-rule all:
-    default_target: True
-    input:
-        f"{RESULTS}/summary.txt",
-        f"{RESULTS}/config.yaml",
-        f"{RESULTS}/interactive.html",
+if len(STUDIES) == 1:
 
+    include: "workflow/rules/fluid_fit.smk"
+    include: "workflow/rules/units.smk"
+    include: "workflow/rules/dns.smk"
+    include: "workflow/rules/transient.smk"
+    include: "workflow/rules/table.smk"
+    include: "workflow/rules/trains.smk"
+    include: "workflow/rules/measured.smk"
+    include: "workflow/rules/movies.smk"
+    include: "workflow/rules/design_map.smk"
+    include: "workflow/rules/order.smk"
+    include: "workflow/rules/encapsulation.smk"
+    include: "workflow/rules/fit_spread.smk"
+    include: "workflow/rules/figures.smk"
+    include: "workflow/rules/summary.smk"
+    include: "workflow/rules/interactive.smk"
+    include: "workflow/rules/verification.smk"
 
-include: "workflow/rules/fluid_fit.smk"
-include: "workflow/rules/units.smk"
-include: "workflow/rules/dns.smk"
-include: "workflow/rules/transient.smk"
-include: "workflow/rules/table.smk"
-include: "workflow/rules/trains.smk"
-include: "workflow/rules/measured.smk"
-include: "workflow/rules/movies.smk"
-include: "workflow/rules/design_map.smk"
-include: "workflow/rules/order.smk"
-include: "workflow/rules/encapsulation.smk"
-include: "workflow/rules/fit_spread.smk"
-include: "workflow/rules/figures.smk"
-include: "workflow/rules/summary.smk"
-include: "workflow/rules/interactive.smk"
-include: "workflow/rules/verification.smk"
+    rule all:
+        default_target: True
+        input:
+            everything(workflow.rules),
+
+else:
+
+    # Several diameters: all of the above for each, as a module, and what compares them.
+    for MODULE, OWN_CONFIG in MODULES.items():
+
+        module:
+            name: MODULE
+            snakefile:
+                "Snakefile"
+            config:
+                OWN_CONFIG
+
+        use rule * from MODULE as MODULE*
+
+    include: "workflow/rules/confinement.smk"
+
+    # What can be asked for by name can be asked for of all: `snakemake order`.
+    for TARGET, FILES in common_targets(workflow.rules).items():
+
+        rule:
+            name:
+                TARGET
+            default_target: TARGET == "all"
+            input:
+                FILES,
 
 
 # A second each: not worth a place in the queue of a cluster.
@@ -49,9 +74,17 @@ localrules:
 
 onstart:
     from snakemake.logging import logger
+    from viscotrain.errors import RunError
+    from viscotrain.jobs.running import hold
     from viscotrain.jobs.watch import HolesWatch
 
-    logger.addHandler(HolesWatch(STUDY, RESULTS))
+    for study in STUDIES:
+        folder = f"results/{study.study}"
+        try:
+            hold(folder)
+        except RunError as error:
+            raise WorkflowError(str(error)) from None
+        logger.addHandler(HolesWatch(study, folder))
 
 
 onsuccess:

@@ -3,20 +3,22 @@
 python scripts/estimate_cost.py --configfile config/paper.yaml --cores 2
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import pandas as pd
 
 from viscotrain.config.study import Study
-from viscotrain.jobs.costs import MEASURED, estimate
+from viscotrain.jobs.costs import MEASURED
 from viscotrain.jobs.entry import Job, option, run
 from viscotrain.jobs.grouping import MINUTES
+from viscotrain.jobs.sweep_costs import estimate_all
 
 
-def whole(study: Study) -> Study:
-    """It is about all stages."""
-    return study
+def whole(studies: Sequence[Study]) -> Sequence[Study]:
+    """It is about all stages, of all diameters."""
+    return studies
 
 
 def main(
@@ -28,9 +30,7 @@ def main(
     results: Annotated[Path, option("folder of all runs; results/ unless given")] = Path("results"),
 ):
     """Print the estimate."""
-    study = job.settings
-    folder, measured = results / study.study, pd.read_csv(MEASURED)
-    print(estimate(study, folder, max(1, cores), measured, job_minutes))
+    print(estimate_all(job.settings, results, max(1, cores), pd.read_csv(MEASURED), job_minutes))
 
 
 run(main, settings=whole)

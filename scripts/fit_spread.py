@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
+from viscotrain import files
 from viscotrain.config import stages
 from viscotrain.config.settings import FitSpreadSettings
 from viscotrain.jobs import datasets
@@ -36,7 +37,7 @@ def main(
     job.write(found, result, "spread of the fit")
     print("\n".join(fit_spread.headline(found)))
     for path, text in zip(configs, fit_spread.configs(fluids, own), strict=False):
-        path.write_text(text, encoding="utf-8")
+        files.write_text(text, path)
 
 
 run(main, settings=settings)

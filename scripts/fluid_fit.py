@@ -18,40 +18,22 @@ from viscotrain.config.settings import FluidFitSettings
 from viscotrain.fluid import fit_report, fluid_fit, measurements
 from viscotrain.fluid.fit_parameters import Known
 from viscotrain.jobs import datasets, drawings
-from viscotrain.jobs.entry import (
-    Job,
-    folder_for,
-    number_or_none,
-    option,
-    positive,
-    run,
-    taken,
-)
+from viscotrain.jobs.entry import Job, folder_for, number_or_none, option, positive, run, taken
 
 Modes = Annotated[int | None, option("number of modes; chosen unless given", choices=range(7))]
 Solvent = Annotated[float | None, option("in Pa s; fitted unless given", convert=positive)]
-Times = Annotated[
-    Sequence[float],
-    option("known ones in s, slowest mode first; none: fitted", convert=number_or_none),
-]
-Mobilities = Annotated[
-    Sequence[float], option("known ones, in the same order", convert=number_or_none)
-]
+LONGEST_FIRST = option("known ones, longest relaxation time first, or none", convert=number_or_none)
 
 
 def settings(
     modes: Modes = None,
     solvent_viscosity: Solvent = None,
-    relaxation_times: Times = (),
-    mobilities: Mobilities = (),
+    relaxation_times: Annotated[Sequence[float], LONGEST_FIRST] = (),
+    mobilities: Annotated[Sequence[float], LONGEST_FIRST] = (),
 ) -> FluidFitSettings:
     """As they are asked for."""
-    return FluidFitSettings(
-        modes=modes,
-        solvent_viscosity=solvent_viscosity,
-        relaxation_times=tuple(relaxation_times),
-        mobilities=tuple(mobilities),
-    )
+    known = {"relaxation_times": relaxation_times, "mobilities": mobilities}
+    return FluidFitSettings(modes=modes, solvent_viscosity=solvent_viscosity, **known)
 
 
 def main(
@@ -68,7 +50,7 @@ def main(
     attributes = job.attributes("fluid fitted to measured data") | {"fluid": text}
     folder.mkdir(parents=True, exist_ok=True)
     datasets.write(fit_report.dataset(result, attributes), folder / "fit.nc")
-    (folder / "fluid.yaml").write_text(text, encoding="utf-8")
+    files.write_text(text, folder / "fluid.yaml")
     if job.by_hand:
         from viscotrain.drawing.rheology_figure import rheology
 

@@ -3,13 +3,14 @@
 python scripts/study_config.py --configfile config/config.yaml OUTPUT
 """
 
+from viscotrain import files
 from viscotrain.config import stages
 from viscotrain.jobs.entry import Job, Result, run
 
 
 def main(job: Job, result: Result):
     """Write the config as it is now."""
-    result.write_text(job.settings.text(), encoding="utf-8")
+    files.write_text(job.settings.text(), result)
 
 
 run(main, settings=stages.study_config)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
+from viscotrain import files
 from viscotrain.jobs.entry import Job, Result, run, taken
 from viscotrain.studies import overview
 
@@ -33,7 +34,7 @@ def main(
     lines += [*overview.of_droplets(droplets), *overview.of_fits(spread)]
     lines += overview.of_pictures(figures, movies)
     text = "\n".join(lines)
-    summary.write_text(text + "\n", encoding="utf-8")
+    files.write_text(text + "\n", summary)
     print(text)
 
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
+from viscotrain import files
 from viscotrain.drawing import verification_figures as figures
 from viscotrain.jobs import drawings
 from viscotrain.jobs.entry import Job, folder_for, run, taken
@@ -32,7 +33,7 @@ def main(
     for name, drawing in figures.all_of(found):
         drawings.save(drawing, folder / name)
     text = found.accuracy(velocities.dataset)
-    (folder / "accuracy.md").write_text(text, encoding="utf-8")
+    files.write_text(text, folder / "accuracy.md")
     print(text)
 
 

@@ -45,12 +45,12 @@ def main(check: bool):
 
 
 def rules(config: str) -> Graph:
-    """What each rule uses, as Snakemake has it."""
+    """What each rule uses, as Snakemake has it; numbered ones, one a job, are one."""
     command = [sys.executable, "-m", "snakemake", "--rulegraph", "mermaid-js"]
     done = subprocess.run(
         [*command, "--configfile", config], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    names = dict(re.findall(r"^\s*(id\d+)\[(\w+)\]", done.stdout, re.MULTILINE))
+    names = dict(re.findall(r"^\s*(id\d+)\[(\w+?)(?:_\d+)?\]", done.stdout, re.MULTILINE))
     graph: Graph = {name: set() for name in names.values()}
     for source, target in re.findall(r"^\s*(id\d+) --> (id\d+)", done.stdout, re.MULTILINE):
         graph[names[target]].add(names[source])

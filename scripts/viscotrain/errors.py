@@ -46,5 +46,13 @@ class SolutionError(ViscotrainError, RuntimeError):
     """A flow that is needed was not solved."""
 
 
+class RunError(ViscotrainError, RuntimeError):
+    """A study cannot be run now."""
+
+
+class FileError(ViscotrainError, OSError):
+    """A file cannot be written, or is not what it should be."""
+
+
 class DataError(ViscotrainError, ValueError):
     """Measured data are wrong, or cannot determine what is fitted to them."""

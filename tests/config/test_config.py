@@ -184,7 +184,8 @@ WRONG = {
     ),
     "number that YAML reads as text": (
         {"particle.diameter": "2e-5"},
-        "particle.diameter: found the text '2e-5' (write 2.0e-05); allowed: number > 0",
+        "particle.diameter: found the text '2e-5' (write 2.0e-05); "
+        "allowed: number > 0, or list of at least 2 of them, ascending",
     ),
     "infinity without its point": (
         {"table.sp": [1.1, 2, "inf"]},

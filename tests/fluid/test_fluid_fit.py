@@ -251,6 +251,8 @@ def test_known_numbers_of_more_modes_are_of_modes_that_there_are(tmp_path):
     data = measurements.read(measured(tmp_path, ONE_MODE, noise=NOISE))
     result = fit(data, known=Known(mobilities=(0.2,)))
     assert len(result.chosen.fluid.modes) == 1
+    with pytest.raises(DataError, match="found known numbers of 2 modes; allowed: of at most 1"):
+        fit(data, modes=1, known=Known(mobilities=(0.2, 0.3)))
     with pytest.raises(DataError, match=r"known relaxation times \[0\.1, 0\.2\]; allowed: above 0"):
         Known(relaxation_times=(0.1, 0.2))
     with pytest.raises(DataError, match=r"known mobility 1; allowed: number in \[0, 1\)"):

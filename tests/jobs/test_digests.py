@@ -169,7 +169,7 @@ def test_no_rule_file_makes_a_name_that_another_could_use():
                 assert not makes.match(line), f"{path.name}:{number}: {line}"
             inside += sum(map(line.count, "([{")) - sum(map(line.count, ")]}"))
     snakefile = (ROOT / "Snakefile").read_text(encoding="utf-8")
-    included = re.findall(r'^include: "workflow/rules/(\w+)\.smk"', snakefile, re.M)
+    included = re.findall(r'^ *include: "workflow/rules/(\w+)\.smk"', snakefile, re.M)
     assert included[0] == "common"
     assert {f"{name}.smk" for name in included} == {path.name for path in RULES}
 

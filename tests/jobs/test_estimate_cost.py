@@ -29,6 +29,7 @@ from viscotrain.jobs.costs import (
 )
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.grouping import jobs
+from viscotrain.jobs.sweep_costs import estimate_all
 from viscotrain.studies.dns import make_flow, triplet
 from viscotrain.words import INACCURATE
 
@@ -108,6 +109,20 @@ def test_nothing_is_left_of_a_finished_study(study, tmp_path, measured):
     assert (work.flows_left, work.trains_left) == ({}, ())
     assert cost_of(study, work, own_costs(tmp_path), measured).together == 0
     assert "expected     0.00 core-hours" in estimate(study, tmp_path, 2, measured)
+
+
+def test_several_diameters_cost_what_each_does(study, tmp_path, measured):
+    others = [study.model_copy(update={"study": name}) for name in ("tiny/beta0.2", "tiny/beta0.3")]
+    text = estimate_all(others, tmp_path, 1, measured)
+    each = [cost_of(s, work_of(s, tmp_path), own_costs(tmp_path), measured) for s in others]
+    hours = sum(cost.together for cost in each) / 3600
+    assert "study tiny/beta0.2: " in text and "study tiny/beta0.3: " in text
+    *_, title, last = text.splitlines()
+    assert title == "all 2 diameters"
+    assert f"{hours:.2f} core-hours" in last
+    assert estimate_all([study], tmp_path, 1, measured) == estimate(
+        study, tmp_path / "tiny", 1, measured
+    )
 
 
 @pytest.mark.parametrize("change", [{"dns": {"tolerance": 1e-8}}, {"particle": {"diameter": 1e-5}}])

@@ -11,7 +11,7 @@ import shutil
 import pytest
 import xarray as xr
 import yaml
-from harness import CONFIG, SMALL, Project, output, written
+from harness import CONFIG, JOB_COUNT, SMALL, Project, output, written
 
 from viscotrain.config.geometries import pair_distances
 from viscotrain.config.reading import load_study
@@ -39,7 +39,9 @@ AFTER_DNS = {
 # ------------------------------------------------------------------------------------------ plans
 
 
-COMPUTED = sorted({path.name for path in CONFIG.glob("*.yaml")} - {"study_trains.yaml"})
+COMPUTED = sorted(
+    {path.name for path in CONFIG.glob("*.yaml")} - {"study_trains.yaml", "confinement.yaml"}
+)
 
 
 def test_trains_of_the_study_need_no_simulation(planned):
@@ -625,3 +627,81 @@ def test_the_same_geometry_gives_the_same_bytes(finished):
     assert again.returncode == 0, again.stderr
     job = finished.folder / "results" / "small" / "dns" / "sp1.5_sf1.5.nc"
     assert (finished.folder / "again.nc").read_bytes() == job.read_bytes()
+
+
+# ----------------------------------------------------------------------------- several diameters
+
+SWEPT = SMALL | {"study": "swept", "particle": {"diameter": [20e-6, 30e-6]}}
+OF_ONE = {"beta0_2_", "beta0_3_"}
+
+
+def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
+    alone, _ = project.plan("--configfile", project.configured(SMALL))
+    done = project.snakemake("--dry-run", "--configfile", project.configured(SWEPT))
+    counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
+    own = {"confinement": 1, "study_config": 1, "all": 1}
+    total = counts.pop("total")
+    for prefix in OF_ONE:
+        jobs = {n.removeprefix(prefix): k for n, k in counts.items() if n.startswith(prefix)}
+        jobs["dns"] += jobs.pop("dns_single_sphere")
+        assert jobs == {name: count for name, count in alone.items() if name != "all"}
+    assert {n: k for n, k in counts.items() if not n.startswith(tuple(OF_ONE))} == own
+    assert total == 2 * (sum(alone.values()) - 1) + 3
+
+
+@pytest.mark.parametrize(
+    ("target", "own"),
+    [("order", {"order"}), ("verification", {"verification"}), ("units", {"units"})],
+)
+def test_what_is_asked_for_by_name_is_made_of_every_diameter(target, own, project):
+    config = project.configured(SWEPT)
+    done = project.snakemake("--dry-run", "--configfile", config, "--", target)
+    counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
+    name = "verification_report" if target == "verification" else target
+    assert all(counts[prefix + name] == 1 for prefix in OF_ONE)
+    assert {rule for rule in counts if not rule.startswith(tuple(OF_ONE))} == own | {"total"}
+
+
+def test_a_list_of_diameters_that_is_wrong_stops_before_any_job(project):
+    wrong = SWEPT | {"particle": {"diameter": [30e-6, 20e-6]}, "dns": {"tolerence": 1e-7}}
+    done = project.snakemake("--cores", "1", "--configfile", project.configured(wrong))
+    text = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert re.search(r"2 problems\n +particle\.diameter\[1\]: .*\n +dns\.tolerence: ", text)
+    assert "Job stats" not in text
+
+
+def test_a_fluid_that_is_fitted_is_fitted_for_every_diameter(project):
+    fitted(project)
+    study = SWEPT | {"fluid": {"data": ["data/rheology.csv"]}}
+    done = project.snakemake("--dry-run", "--configfile", project.configured(study))
+    counts = dict(JOB_COUNT.findall(output(done)))
+    assert all(counts[f"{prefix}fluid_fit"] == "1" for prefix in OF_ONE)
+
+
+@pytest.mark.slow
+def test_two_diameters_are_compared_and_are_what_each_is_alone(project):
+    made = ["results/swept/summary.txt", "results/swept/beta0.3/config.yaml"]
+    config = project.configured(SWEPT)
+    done = project.snakemake("--cores", "2", "--configfile", config, "--", *made)
+    folder = project.folder / "results/swept"
+    summary = (folder / "summary.txt").read_text(encoding="utf-8")
+    assert summary in output(done)
+    assert "2 diameters of study swept" in summary
+    for name in ("confinement", "confinement_order", "confinement_design_map"):
+        assert (folder / f"figures/{name}.png").stat().st_size > 0
+    page = (folder / "interactive.html").read_text(encoding="utf-8")
+    assert 'href="beta0.3/interactive.html"' in page
+    again = project.snakemake("--dry-run", "--configfile", config, "--", *made)
+    assert "Nothing to be done" in output(again) + again.stderr
+
+    # its record is a study of its own, which has nothing to compute again
+    record = yaml.safe_load((folder / "beta0.3/config.yaml").read_text(encoding="utf-8"))
+    own = "results/swept/beta0.3/order/order.nc"
+    alone = project.snakemake("--dry-run", "--configfile", project.configured(record), "--", own)
+    assert "Nothing to be done" in output(alone) + alone.stderr
+    single = SWEPT | {"particle": {"diameter": 30e-6}}
+    by_hand = simulated(project, single, "alone.nc", sp="1.5", sf="inf")
+    assert by_hand.returncode == 0, by_hand.stderr
+    files = folder / "beta0.3/dns/sp1.5_sfinf.nc", project.folder / "alone.nc"
+    assert xr.load_dataset(files[0]).equals(xr.load_dataset(files[1]))

@@ -1,7 +1,10 @@
 """What rules share: the study, paths, names, constraints, settings, resources; none is here."""
 
+import functools
+import itertools
 import math
 import os
+import re
 import sys
 
 sys.path.insert(0, f"{workflow.basedir}/scripts")
@@ -22,10 +25,10 @@ from viscotrain.config.reading import (
     data_files,
     fitted_fluid_file,
     measured_file,
-    parse_study,
     read_yaml,
     table_file,
 )
+from viscotrain.config.sweep import beta_name, config_of, parse_studies
 from viscotrain.errors import ConfigError
 from viscotrain.jobs import grouping, resources
 from viscotrain.jobs.digests import digest
@@ -36,20 +39,23 @@ from viscotrain.jobs.digests import digest
 JOB_MINUTES = config.pop("job_minutes", grouping.MINUTES)
 
 try:
-    STUDY = parse_study(
+    STUDIES = parse_studies(
         config,
         source=", ".join(map(str, workflow.configfiles)),
         known_problems=[
             line for path in workflow.configfiles for line in read_yaml(path)[1]
         ],
     )
+    # The only one; or the first of a sweep, for what they share.
+    STUDY = STUDIES[0]
     MEASURED = data_files(STUDY, workflow.configfiles[-1])
     GIVEN_TABLE = table_file(STUDY, workflow.configfiles[-1])
     MEASURED_SPACINGS = measured_file(STUDY, workflow.configfiles[-1])
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
-RESULTS = f"results/{STUDY.study}"
+NAME = config["study"]
+RESULTS = f"results/{NAME}"
 LOGS = f"{RESULTS}/logs"
 FIGURES = f"{RESULTS}/figures"
 TABLE = f"{RESULTS}/table/velocity_table.nc"
@@ -133,13 +139,89 @@ REPORTS = [
     *CONVERGENCE,
 ]
 
+# ----------------------------------------------------------------------------- several diameters
+
+# In the report, what is of one diameter among several stands under it. (At the beginning of a line
+# Snakemake would take the name of this function for a directive.)
+if "/" in NAME:
+    OF_ONE = {"subcategory": f"d/D = {STUDY.confinement:g}"}
+    globals()["report"] = functools.partial(report, **OF_ONE)
+
+# The config of each diameter by the name of its module, with which its rules begin: beta0_2_.
+MODULES = {
+    re.sub(r"\W", "_", f"{beta_name(study)}_"): study.model_dump()
+    | {"job_minutes": JOB_MINUTES}
+    for study in STUDIES
+}
+
+
+# Figures that compare diameters.
+COMPARING = [
+    "confinement",
+    "confinement_order",
+    *(["confinement_design_map"] if MAP else []),
+]
+
+
+def made_by(rule, key):
+    """What a rule makes at each diameter."""
+    return [getattr(rules, module + rule).output[key] for module in MODULES]
+
+
+def common_targets(rules):
+    """Files of all diameters by the name of the rule that makes or asks for them at each."""
+    named, found = {rule.name: rule for rule in rules}, {}
+    own = [name for name in named if not name.startswith(tuple(MODULES))]
+    for module, name in itertools.product(MODULES, named):
+        target = name.removeprefix(module)
+        if target != name and target not in own and not named[name].has_wildcards():
+            files = named[name].output or named[name].input
+            found.setdefault(target, []).extend(files)
+    return found | {
+        "all": [file for name in own for file in named[name].output] + found["all"]
+    }
+
+
+# Files of rules that are asked for by name, or by such rules.
+ON_REQUEST = ["verification.smk", "design.smk"]
+if STUDY.dns.method != "transient":
+    ON_REQUEST.append("transient.smk")
+TRAIN = "De{deborah}_phi{volume_fraction}"
+
+
+def everything(rules):
+    """All that the stages of a run make, so that whatever is missing is made again."""
+    return [
+        file
+        for rule in rules
+        if os.path.basename(str(rule.snakefile)) not in ON_REQUEST
+        for pattern in rule.output
+        for file in instances(rule.name, str(pattern))
+    ]
+
+
+def instances(rule, pattern):
+    """The files that a pattern of an output stands for; it has the constraints of wildcards."""
+    pattern = re.sub(r"{(\w+),[^}]*}", r"{\1}", pattern)
+    if TRAIN in pattern:
+        trains = MOVIES if rule in ("film", "movies") else TRAINS
+        return [pattern.replace(TRAIN, train) for train in trains]
+    if "{sp}" in pattern:
+        point = "sp{sp}_sf{sf}_De{deborah}"
+        return [pattern.replace(point, name) for _, name in SIMULATIONS]
+    if "{deborah}" in pattern:
+        values = dict.fromkeys(De for De, _ in STUDY.map_conditions())
+        return [pattern.replace("{deborah}", number_name(De)) for De in values]
+    return [pattern]
+
+
 # ------------------------------------------------------------------------ what a job is given
 
 
 def given(script, settings=None):
     """Parameters of all rules with scripts: what numbers follow from, besides the input."""
     own = {} if settings is None else {"settings": settings.stated()}
-    return {"study": STUDY.study, "code": digest(script), **own}
+    return {"study": NAME, "code": digest(script), **own}
 
 
 def transient_settings(wildcards):

@@ -24,7 +24,7 @@ for number, geometries in enumerate(DNS_JOBS, 1):
             result=[kept(f"{RESULTS}/dns/{name}.nc") for name in names],
             timing=[kept(f"{RESULTS}/dns/timing/{name}.csv") for name in names],
         log:
-            [f"{LOGS}/dns/{name}.log" for name in names],
+            f"{LOGS}/dns/job_{number}.log",
         # Where the single sphere cannot be solved nothing can, and every table needs it.
         priority: int((math.inf, math.inf) in geometries)
         conda:

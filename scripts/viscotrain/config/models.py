@@ -7,9 +7,9 @@ default stand. What a single key may hold stands in the models, what keys must a
 Nothing in this room imports NGSolve or numpy: the workflow reads it for every job.
 """
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import model_serializer
+from pydantic import Field, WithJsonSchema, model_serializer
 
 from viscotrain.config.keys import (
     DeborahNumber,
@@ -122,11 +122,24 @@ class ChannelConfig(Section):
     length: float = key("length of the channel", symbol="L", unit="D", gt=0)
 
 
+_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
+# One number here; a config with several of them is several studies, see `sweep`.
+Diameter = Annotated[
+    float,
+    Field(gt=0),
+    WithJsonSchema(_POSITIVE | {"type": ["number", "array"], "items": _POSITIVE, "minItems": 2}),
+]
+
+
 class ParticleConfig(Section):
     """The spheres, all equal."""
 
-    diameter: float = key(
-        "diameter of the spheres, less than channel.diameter", symbol="d", unit="m", gt=0
+    diameter: Diameter = key(
+        "diameter of the spheres, less than channel.diameter; of several, everything is made for "
+        "each in `results/<study>/beta<d/D>/`, and compared",
+        symbol="d",
+        unit="m",
+        allowed="number > 0, or list of at least 2 of them, ascending",
     )
 
 

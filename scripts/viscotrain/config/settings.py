@@ -254,6 +254,14 @@ class OrderSettings(Settings):
     length: float
 
 
+class ConfinementSettings(Settings):
+    """Several diameters: names of their folders, length of the channel in D, accuracy in Ubar."""
+
+    diameters: tuple[str, ...]
+    length: float
+    accuracy: float
+
+
 class FilmSettings(Settings):
     """What cameras see: the length of a window in D, the time between frames in D/Ubar."""
 

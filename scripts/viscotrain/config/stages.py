@@ -4,6 +4,7 @@ A fluid that is still to be fitted is left out; see `settings`.
 """
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 from viscotrain.config.geometries import pair_distances, simulated_deborahs
@@ -12,6 +13,7 @@ from viscotrain.config.settings import (
     CaseSettings,
     ClosureGapSettings,
     ClosureTrainSettings,
+    ConfinementSettings,
     DesignMapSettings,
     EncapsulationSettings,
     FieldSettings,
@@ -196,6 +198,15 @@ def order(study: Study) -> OrderSettings:
         closure=study.trains.closure,
         confinement=study.confinement,
         length=study.channel.length,
+    )
+
+
+def confinement(studies: Sequence[Study]) -> ConfinementSettings:
+    """The studies of all diameters beside each other."""
+    return ConfinementSettings(
+        diameters=tuple(study.study.rpartition("/")[2] for study in studies),
+        length=studies[0].channel.length,
+        accuracy=studies[0].dns.accuracy,
     )
 
 

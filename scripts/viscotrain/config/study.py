@@ -42,8 +42,8 @@ class Study(Section):
 
     study: str = key(
         "name of the study; results go to `results/<study>/`",
-        pattern="^[A-Za-z0-9][A-Za-z0-9_-]*$",
-        max_length=64,
+        # the second part: of one diameter among several, see `sweep`
+        pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,63}(/beta[0-9.e-]{1,24})?$",
         allowed="text of letters, digits, - and _ (a name made of digits in quotes)",
     )
     fluid: FluidConfig

@@ -98,9 +98,14 @@ def problem_of_key(error: Mapping[str, Any], schema: Mapping[str, Any]) -> Probl
     if error["type"] == "finite_number":
         allowed = f"finite {allowed}"
     found = shown(error["input"])
-    if isinstance(error["input"], str) and fragment["type"] in ("number", "integer"):
+    if isinstance(error["input"], str) and {"number", "integer"} & _types(fragment):
         found += _as_number(error["input"])
     return Problem(location, f"found {found}; allowed: {allowed}")
+
+
+def _types(fragment: Mapping[str, Any]) -> set[str]:
+    kinds = fragment["type"]
+    return {kinds} if isinstance(kinds, str) else set(kinds)
 
 
 def order_of_sections(schema: Mapping[str, Any]) -> Callable[[Problem], int]:

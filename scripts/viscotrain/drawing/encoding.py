@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from viscotrain import files
+
 # A rate factor of 18 cannot be told from the original; the index in front lets browsers start at
 # once; one thread and no version in the file make the same bytes everywhere.
 ENCODING = "-crf 20 -preset veryfast -threads 1 -movflags +faststart -bitexact"
@@ -25,12 +27,14 @@ def ffmpeg() -> str | None:
 
 def write(frames: Iterable[NDArray], stem: Path, *, frame_rate: float) -> Path:
     """Write a movie as `stem`.mp4, or as `stem`.gif where there is no ffmpeg; its path."""
-    if ffmpeg():
-        return _write_mp4(frames, stem.with_name(f"{stem.name}.mp4"), frame_rate)
-    return _write_gif(frames, stem.with_name(f"{stem.name}.gif"), frame_rate)
+    own, ending = (_write_mp4, "mp4") if ffmpeg() else (_write_gif, "gif")
+    path = stem.with_name(f"{stem.name}.{ending}")
+    with files.whole(path) as part:
+        own(frames, part, frame_rate)
+    return path
 
 
-def _write_mp4(frames: Iterable[NDArray], path: Path, frame_rate: float) -> Path:
+def _write_mp4(frames: Iterable[NDArray], path: Path, frame_rate: float):
     frames = iter(frames)
     first = next(frames)
     height, width = first.shape[:2]
@@ -49,10 +53,9 @@ def _write_mp4(frames: Iterable[NDArray], path: Path, frame_rate: float) -> Path
     for frame in itertools.chain([first], frames):
         film_strip.send(np.ascontiguousarray(frame))
     film_strip.close()
-    return path
 
 
-def _write_gif(frames: Iterable[NDArray], path: Path, frame_rate: float) -> Path:
+def _write_gif(frames: Iterable[NDArray], path: Path, frame_rate: float):
     images = (
         Image.fromarray(frame).quantize(GIF_COLOURS, dither=Image.Dither.NONE) for frame in frames
     )
@@ -63,4 +66,3 @@ def _write_gif(frames: Iterable[NDArray], path: Path, frame_rate: float) -> Path
         duration=round(1000 / frame_rate),
         loop=0,
     )
-    return path

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from viscotrain import files
 from viscotrain.config.settings import FiguresSettings
 from viscotrain.drawing import rheology_figure, schematic
 from viscotrain.drawing.conventions import with_sphere_rate
@@ -54,10 +55,10 @@ def draw_with(
         return rheology_figure.rheology(fluid, measured, rates)
     if source is None:
         raise FigureError(f"{name} shows a file; found none")
-    physical = xr.load_dataset(units) if units else None
-    dataset = xr.load_dataset(source)
+    physical = files.read_dataset(units) if units else None
+    dataset = files.read_dataset(source)
     if measured:
-        dataset = dataset.assign(xr.load_dataset(measured).data_vars)
+        dataset = dataset.assign(files.read_dataset(measured).data_vars)
     return draw(name, dataset, settings.confinement, physical)
 
 

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from viscotrain import files
 from viscotrain.drawing.style import (
     BLUE,
     GREY,
@@ -60,7 +60,7 @@ OF_THE_FLOW = "covered by the flow", "at the wall"
 
 def measured(fit: str | Path) -> pd.DataFrame:
     """What a fluid was fitted to, from the netCDF file of its fit."""
-    numbers = xr.load_dataset(fit)[["quantity", "abscissa", "measured"]]
+    numbers = files.read_dataset(fit)[["quantity", "abscissa", "measured"]]
     return numbers.drop_vars(
         ["parameter", "other_parameter", "modes"], errors="ignore"
     ).to_dataframe()

@@ -138,7 +138,12 @@ class FitProblem:
 
     def check(self, counts: Sequence[int]):
         """Refuse what no fit could succeed with."""
-        fewest = min(counts)
+        fewest, known = min(counts), self.known.fewest_modes
+        if fewest < known:
+            raise DataError(
+                f"found known numbers of {known} mode{'' if known == 1 else 's'}; allowed: of at "
+                f"most {fewest}, the number of modes"
+            )
         size = Layout(fewest, self.known).size
         if not self.enough_for(fewest):
             raise DataError(

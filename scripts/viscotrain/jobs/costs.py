@@ -324,9 +324,7 @@ def estimate(
     study: Study, results: Path, cores: int, measured: pd.DataFrame, minutes: float = MINUTES
 ) -> str:
     """The whole estimate as text; for the arguments see `cost_of`."""
-    work = work_of(study, results)
-    own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
-    cost = cost_of(study, work, own, measured, minutes)
+    work, own, cost = counted(study, results, measured, minutes)
     simulated_points = sum(map(len, work.flows.values()))
     left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
     table = sum(len({*study.geometries, *wanted(study, De)}) for De in study.deborah.values)
@@ -341,12 +339,28 @@ def estimate(
         + f"; {trains - trains_left} trains",
         f"  left         {left} geometries, {points_left} points, {trains_left} trains",
         *(_row(stage) for stage in cost.stages if stage.jobs),
-        f"  expected     {cost.together / 3600:.2f} core-hours in {cost.jobs} jobs, "
-        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}",
+        expected(cost, cores),
     ]
     if left:
         lines.append(f"  rests on     {basis_of(study, own)}")
     return "\n".join(lines)
+
+
+def counted(
+    study: Study, results: Path, measured: pd.DataFrame, minutes: float
+) -> tuple[Work, pd.DataFrame, Cost]:
+    """What there is to do, times of the study's own geometries, and what is left to pay."""
+    work = work_of(study, results)
+    own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
+    return work, own, cost_of(study, work, own, measured, minutes)
+
+
+def expected(cost: Cost, cores: int) -> str:
+    """The line about all of it."""
+    return (
+        f"  expected     {cost.together / 3600:.2f} core-hours in {cost.jobs} jobs, "
+        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}"
+    )
 
 
 def _row(stage: StageCost) -> str:

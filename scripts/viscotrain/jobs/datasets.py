@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from viscotrain import files
 from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.words import DEBORAH_NUMBERS
 
@@ -24,14 +25,19 @@ SHARED = {
 
 
 def read(path: str | Path) -> xr.Dataset:
-    """A dataset with all its values."""
-    return xr.load_dataset(path)
+    """A dataset with all its values.
+
+    Raises:
+        FileError: It is damaged, or not of this program.
+    """
+    return files.read_dataset(path)
 
 
 def write(dataset: xr.Dataset, path: str | Path) -> None:
-    """Write a netCDF file, whose bytes depend on the content only; its folder is made if needed."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Write a netCDF file, whose bytes depend on the content only; its folder is made if needed.
+
+    Values carry checksums, so that damage is found where they are read.
+    """
     dataset = described(dataset)
     encoding: dict[Hashable, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
@@ -40,8 +46,9 @@ def write(dataset: xr.Dataset, path: str | Path) -> None:
         if name in dataset.coords:
             options["_FillValue"] = None
         if variable.ndim and np.issubdtype(variable.dtype, np.number):
-            options |= {"zlib": True, "complevel": COMPRESSION}
-    dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
+            options |= {"zlib": True, "complevel": COMPRESSION, "fletcher32": True}
+    with files.whole(path) as part:
+        dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
 
 
 def described(dataset: xr.Dataset) -> xr.Dataset:
@@ -63,6 +70,6 @@ def write_csv(table: pd.DataFrame, path: str | Path | None, digits: int | None =
     """
     if path is None:
         return
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
     form = None if digits is None else f"%.{digits}g"
-    table.to_csv(path, index=False, float_format=form, lineterminator="\n")
+    with files.whole(path) as part:
+        table.to_csv(part, index=False, float_format=form, lineterminator="\n")

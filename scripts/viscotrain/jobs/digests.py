@@ -20,6 +20,7 @@ PACKAGE = Path(__file__).parents[1]
 # What cannot change a number, though scripts reach it. Names of modules and of whole rooms.
 WITHOUT_NUMBERS = {
     "errors",  # how a refusal is worded
+    "files",  # how files are read and written
     "table.attributes",  # what variables are called
     "jobs",  # how scripts are called, and how files are written
     "config",  # what may be asked for: it reaches a job as settings, which rules state

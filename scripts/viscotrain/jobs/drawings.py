@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from viscotrain import files
 from viscotrain.drawing.style import Drawing, styled
 from viscotrain.jobs import datasets
 
@@ -23,17 +24,18 @@ def save(
         attributes: Global ones of the data, if these are a dataset; None leaves its own.
     """
     stem = Path(stem)
-    stem.parent.mkdir(parents=True, exist_ok=True)
     table = isinstance(drawing.data, pd.DataFrame)
     # with_suffix would cut names at their decimal point
     paths = [
         stem.with_name(stem.name + end) for end in (".png", ".pdf", ".csv" if table else ".nc")
     ]
-    drawing.figure.savefig(paths[0], metadata={"Software": None})
+    with files.whole(paths[0]) as part:
+        drawing.figure.savefig(part, metadata={"Software": None})
     drawing.figure.set_layout_engine("none")  # found once; the PDF has that of the PNG
-    drawing.figure.savefig(paths[1], metadata=HIDDEN)
-    if table:
-        drawing.data.to_csv(paths[2], index=False, lineterminator="\n")
+    with files.whole(paths[1]) as part:
+        drawing.figure.savefig(part, metadata=HIDDEN)
+    if isinstance(drawing.data, pd.DataFrame):
+        datasets.write_csv(drawing.data, paths[2])
     else:
         own = drawing.data.attrs if attributes is None else attributes
         datasets.write(drawing.data.assign_attrs(own), paths[2])

@@ -35,8 +35,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and ngsolv
 
 import xarray as xr
 
+from viscotrain.config import sweep
 from viscotrain.config.models import FluidConfig
-from viscotrain.config.reading import load_study, read_yaml, with_fitted_fluid
+from viscotrain.config.reading import read_yaml, with_fitted_fluid
 from viscotrain.jobs import datasets, provenance, several
 from viscotrain.jobs.command import reporting
 from viscotrain.jobs.digests import digest
@@ -229,8 +230,8 @@ def run(
 
     Args:
         main: The function of the script: takes a `Job` and declared arguments.
-        settings: Makes the settings of the study, and of arguments that `main` or itself declares;
-            of a declared type.
+        settings: Makes the settings of the study, or of all `studies` of a config with several
+            diameters, and of arguments that `main` or itself declares; of a declared type.
         config: Whether the command line asks for a config though there are no settings.
         solves: Whether it solves flows, for which a process prepares.
     """
@@ -238,10 +239,10 @@ def run(
     if "snakemake" in script:
         arguments, snakemake = declared(main), script["snakemake"]
         one = partial(_as_job, work, arguments, settings)
-        if any(argument.is_missing_wildcard(snakemake) for argument in arguments):
-            several.run(snakemake, one, partial(_current, settings, snakemake))
-        else:
-            with reporting(snakemake.log[0]):
+        with reporting(snakemake.log[0]):
+            if any(argument.is_missing_wildcard(snakemake) for argument in arguments):
+                several.run(snakemake, one, partial(_current, settings, snakemake))
+            else:
                 one(snakemake)
     elif script["__name__"] == "__main__":
         arguments = declared(main) + (declared(settings) if settings else [])
@@ -290,19 +291,21 @@ def _from_command_line(
     parser = argparse.ArgumentParser(
         description=script["__doc__"], formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    if config or "study" in takes:
+    if config or takes.keys() & {"study", "studies"}:
         parser.add_argument("--configfile", required=True, help="config of the study")
     for argument in arguments:
         argument.add_to(parser)
     values = vars(parser.parse_intermixed_args(sys.argv[1:]))
     with reporting():
-        study = None
+        known, name = dict(values), ""
         if "configfile" in values:
-            study = with_fitted_fluid(load_study(values["configfile"]))
-        known = values | {"study": study}
+            studies = tuple(map(with_fitted_fluid, sweep.load_studies(values["configfile"])))
+            if "studies" not in takes:
+                known["study"] = sweep.only(studies, values["configfile"])
+            known["studies"], name = studies, sweep.name_of(studies)
         job = Job(
             settings=settings(**{name: known[name] for name in takes}) if settings else None,
-            study=study.study if study else "",
+            study=name,
             code=digest(script["__file__"]),
             by_hand=True,
         )

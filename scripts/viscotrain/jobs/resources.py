@@ -36,6 +36,7 @@ OTHERS = {
     "movies": (7.9, 420),
     "design_map": (2.9, 280),
     "order": (2.8, 320),
+    "confinement": (4.0, 320),
     "encapsulation": (4.0, 320),
     "measured": (2.0, 200),
     "verification_report": (9.4, 360),

@@ -32,7 +32,7 @@ class Part:
     """
 
     name: str
-    log: str
+    log: Path
     outputs: dict[str, Path]
 
     @property
@@ -59,11 +59,15 @@ class Part:
 
 
 def parts_of(snakemake) -> Iterator[Part]:
-    """The geometries of a job, by its lists of outputs and logs."""
-    keys = [key for key in ("fields", "timing", "result") if snakemake.output.get(key)]
-    for index, log in enumerate(snakemake.log):
-        outputs = {key: Path(_items(snakemake.output.get(key))[index]) for key in keys}
-        yield Part(outputs["result"].stem, str(log), outputs)
+    """The geometries of a job, by its lists of outputs; their logs are beside that of the job."""
+    lists = {
+        key: _items(snakemake.output.get(key))
+        for key in ("fields", "timing", "result")
+        if snakemake.output.get(key)
+    }
+    for index, result in enumerate(map(Path, lists["result"])):
+        log = Path(snakemake.log[0]).with_name(f"{result.stem}.log")
+        yield Part(result.stem, log, {key: Path(paths[index]) for key, paths in lists.items()})
 
 
 def _items(value: str | list[str]) -> list[str]:
@@ -85,10 +89,8 @@ def run(snakemake, one: Callable[[Any], None], current: Callable[[Path], bool]):
         return all(path.exists() for path in outputs.values()) and current(outputs["result"])
 
     new = [part for part in parts_of(snakemake) if not there(part.outputs)]
-    failed = [
-        part.name for part in new if not (there(part.waiting) or _alone(part, snakemake, one))
-    ]
-    if failed:
+    solved = [there(part.waiting) or _alone(part, snakemake, one) for part in new]
+    if not all(solved):
         sys.exit(1)
     for part in new:
         part.finish()
@@ -108,10 +110,12 @@ def _alone(part: Part, snakemake, one: Callable[[Any], None]) -> bool:
         )
     elif code:
         announce(f"{part.name}: failed, see {part.log}")
+        print(part.log.read_text(encoding="utf-8"))
     return code == 0
 
 
 def _logged(part: Part, snakemake, one: Callable[[Any], None]):
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
         with reporting(part.log):
             one(part.as_job(snakemake))

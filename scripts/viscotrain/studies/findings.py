@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
+from viscotrain import files
 from viscotrain.studies.accuracy import KINDS, accuracy
 from viscotrain.studies.train_models import with_errors_of_models, with_models
 from viscotrain.table.interpolation import VelocityTable
@@ -38,11 +39,11 @@ class Findings:
         convergence: Sequence[Path],
     ) -> "Findings":
         """From the files of the rules with these names; the models feed on the table."""
-        gaps = [pd.read_csv(path) for path in closure_gap]
+        gaps = [files.read_csv(path) for path in closure_gap]
         trains = _sorted(closure_train, "deborah")
         studies = {}
         for kind in KINDS:
-            parts = [pd.read_csv(path) for path in convergence if path.name.startswith(kind)]
+            parts = [files.read_csv(path) for path in convergence if path.name.startswith(kind)]
             if parts:
                 studies[kind] = pd.concat(parts, ignore_index=True)
         return cls(
@@ -58,5 +59,5 @@ class Findings:
 
 
 def _sorted(paths: Sequence[Path], *names: str) -> list[xr.Dataset]:
-    found = [xr.load_dataset(path) for path in paths]
+    found = [files.read_dataset(path) for path in paths]
     return sorted(found, key=lambda data: tuple(float(data[name]) for name in names))

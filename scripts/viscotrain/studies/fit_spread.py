@@ -112,7 +112,8 @@ def _with_range(result: xr.Dataset) -> xr.Dataset:
 def headline(result: xr.Dataset) -> Iterator[str]:
     """The spread in words, two lines for each Deborah number above 0."""
     yield f"95 % of {result.sizes['draw'] - 1} draws of the fit, at the flow rates of the study;"
-    yield "order by the table of the fitted fluid, at De of each draw"
+    yield "order at De of each draw, by the table of the fitted fluid: what a draw changes in the"
+    yield "table itself may be more, and takes simulations (fit_spread/draw_01.yaml, ...)"
     for De in result["deborah"].values:
         own = result.sel(deborah=De)
         if not float(own["mean_velocity"]) > 0:

@@ -3,9 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import pandas as pd
-import xarray as xr
-
+from viscotrain import files
 from viscotrain.studies import fit_spread
 from viscotrain.table import attributes, description, points
 from viscotrain.trains import design_map, encapsulation, repeats
@@ -14,13 +12,13 @@ from viscotrain.trains.measured import headline as measured_headline
 
 def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
     """Points and errors of a velocity table, and CPU times of its simulations."""
-    table = xr.load_dataset(path)
+    table = files.read_dataset(path)
     total, missing = points.count(table), len(list(points.holes(table)))
     twins = int(table["origin"].isin([attributes.SAME_PAIR, attributes.MIRROR]).sum())
     shared = f"; {twins} by the simulation of the same flow" if twins else ""
     if between := points.interpolated_points(table):
         shared += f"; {between} interpolated between every second distance"
-    cpu = sum(pd.read_csv(file)["cpu_seconds"].sum() for file in timing)
+    cpu = sum(files.read_csv(file, ["cpu_seconds"])["cpu_seconds"].sum() for file in timing)
     return [
         str(table.attrs["title"]),
         f"  points solved   {total - missing} of {total}, {missing} holes{shared}",
@@ -38,36 +36,36 @@ def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
 
 def of_trains(trains: Sequence[Path], maps: Sequence[Path], units: Path) -> Iterator[str]:
     """The headlines of trains and design maps."""
-    time = xr.load_dataset(units)["time"]
+    time = files.read_dataset(units)["time"]
     for path in trains:
-        train = xr.load_dataset(path)
+        train = files.read_dataset(path)
         yield f"  train           {path}"
         seconds = float(time.sel(deborah=float(train["deborah"])))
         yield from (f"{'':18}{line}" for line in repeats.headline(train, seconds))
     for path in maps:
         yield f"  design map      {path}"
-        yield from (f"{'':18}{line}" for line in design_map.headline(xr.load_dataset(path)))
+        yield from (f"{'':18}{line}" for line in design_map.headline(files.read_dataset(path)))
 
 
 def of_measured(measured: Sequence[Path]) -> Iterator[str]:
     """The headlines of measured spacings beside those of trains."""
     for path in measured:
         yield f"  measured        {path}"
-        yield from (f"{'':18}{line}" for line in measured_headline(xr.load_dataset(path)))
+        yield from (f"{'':18}{line}" for line in measured_headline(files.read_dataset(path)))
 
 
 def of_droplets(path: Path | None) -> Iterator[str]:
     """The headline of beads in droplets."""
     if path is not None:
         yield f"  droplets        {path}"
-        yield from (f"{'':18}{line}" for line in encapsulation.headline(xr.load_dataset(path)))
+        yield from (f"{'':18}{line}" for line in encapsulation.headline(files.read_dataset(path)))
 
 
 def of_fits(spreads: Sequence[Path]) -> Iterator[str]:
     """What the uncertainty of a fit does."""
     for path in spreads:
         yield f"  fitted fluid    {path}"
-        yield from (f"{'':18}{line}" for line in fit_spread.headline(xr.load_dataset(path)))
+        yield from (f"{'':18}{line}" for line in fit_spread.headline(files.read_dataset(path)))
 
 
 def of_pictures(figures: Sequence[Path], movies: Sequence[Path]) -> list[str]:

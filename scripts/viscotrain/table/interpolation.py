@@ -42,6 +42,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from viscotrain.errors import TableError
+from viscotrain.files import read_dataset
 from viscotrain.table.lubrication import ROUND_OFF, lubricate
 from viscotrain.table.points import holes
 from viscotrain.words import CONTACT, LEADING, MIDDLE, OF_A_PAIR, PARTICLES, TRAILING
@@ -314,10 +315,7 @@ DIMENSIONS = {  # of what is interpolated
 
 
 class VelocityTable:
-    """A table of velocities at its Deborah numbers.
-
-    Args:
-        dataset: Content of `velocity_table.nc`, as `assembly.combine` makes it.
+    """A table of velocities at its Deborah numbers: content of `velocity_table.nc`.
 
     Raises:
         TableError: The dataset is not such a table.
@@ -335,7 +333,7 @@ class VelocityTable:
     @classmethod
     def open(cls, path: str | Path) -> Self:
         """Read a table from its netCDF file, which is closed again."""
-        return cls(xr.load_dataset(path))
+        return cls(read_dataset(path, own=False))
 
     @property
     def deborah(self) -> tuple[float, ...]:

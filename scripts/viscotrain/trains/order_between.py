@@ -1,19 +1,19 @@
 """Order of even trains at Deborah numbers between those of a table, as another fluid has them.
 
-What `order` found at the table's De, growth rates sigma(k) and velocities U, is interpolated in De
-(piecewise cubic, monotonic: no new extremes). A little beyond the ends the curve is continued as a
-straight line, because a draw of a fluid is as often above as below; farther out nothing is known.
-The fluid is that of the table: of another fluid only De is new, not the shape of its curves.
+What `order` found at the table's De, growth rates sigma(k) and velocities U, is interpolated:
+piecewise straight in ln(1 + De), because rates rise steeply from De = 0 and level off, and few De
+are known. A little beyond the ends the last line is continued, as a draw of a fluid is as often
+above as below; farther out nothing is known. The fluid is that of the table: of another fluid only
+De is new, not the shape of its curves.
 """
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import PchipInterpolator
 
 from viscotrain.trains.order import NEUTRAL, remaining_variation
 
-BEYOND = 0.25  # of the De at an end of the table, up to which the slope there is followed
+BEYOND = 0.25  # of the De at an end of the table, up to which its line is continued
 
 
 def order_at(
@@ -48,8 +48,10 @@ def _between(nodes: NDArray, values: NDArray, De: NDArray) -> NDArray:
     if nodes.size < 2:  # no slope is known
         same = (De == nodes[0]).reshape(De.shape + (1,) * (values.ndim - 1))
         return np.where(same, values[0], np.nan)
-    curve = PchipInterpolator(nodes, values)
+    x, ends = np.log1p(De), np.log1p(nodes)
+    left = np.clip(np.searchsorted(ends, x) - 1, 0, nodes.size - 2)
+    share = (x - ends[left]) / (ends[left + 1] - ends[left])
     inside = np.clip(De, nodes[0], nodes[-1])
-    far = (De - inside).reshape(De.shape + (1,) * (values.ndim - 1))
-    near = np.abs(far) <= BEYOND * np.abs(inside).reshape(far.shape)
-    return np.where(near, curve(inside) + curve.derivative()(inside) * far, np.nan)
+    share = np.where(np.abs(De - inside) <= BEYOND * inside, share, np.nan)
+    share = share.reshape(De.shape + (1,) * (values.ndim - 1))
+    return (1 - share) * values[left] + share * values[left + 1]
