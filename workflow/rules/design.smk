@@ -10,7 +10,7 @@ rule design_trains:
         units=UNITS,
     output:
         trains=[
-            f"{RESULTS}/design/De{{deborah}}_{name}.nc" for name in DESIGN_SPACINGS
+            f"{RESULTS}/design/De{{deborah}}_{name}.nc" for name in DESIGN_TRAINS
         ],
     log:
         f"{LOGS}/design/De{{deborah}}.log",
@@ -36,7 +36,7 @@ rule design:
         trains=expand(
             f"{RESULTS}/design/De{{deborah}}_{{name}}.nc",
             deborah=DESIGN_DEBORAHS,
-            name=DESIGN_SPACINGS,
+            name=DESIGN_TRAINS,
         ),
     output:
         page=f"{RESULTS}/design/design.html",
