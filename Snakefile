@@ -24,6 +24,7 @@ if len(STUDIES) == 1:
     include: "workflow/rules/movies.smk"
     include: "workflow/rules/design_map.smk"
     include: "workflow/rules/order.smk"
+    include: "workflow/rules/diameter_variation.smk"
     include: "workflow/rules/encapsulation.smk"
     include: "workflow/rules/fit_spread.smk"
     include: "workflow/rules/figures.smk"

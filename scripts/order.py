@@ -4,6 +4,7 @@ python scripts/order.py --configfile config/config.yaml OUTPUT TABLE UNITS \
     [--simulated DESIGN_MAP] [--figure FOLDER]
 """
 
+import itertools
 from pathlib import Path
 from typing import Annotated
 
@@ -12,7 +13,7 @@ from viscotrain.drawing.order_figure import draw_order
 from viscotrain.jobs import datasets, drawings
 from viscotrain.jobs.entry import Job, Result, Table, Units, folder_of, made, run, taken
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains import order
+from viscotrain.trains import order, tolerance
 
 Simulated = Annotated[Path | None, taken("design map of the study, to compare with", named=True)]
 Folder = Annotated[Path | None, made("folder to draw into", convert=folder_of, named=True)]
@@ -28,9 +29,14 @@ def main(
 ):
     """Analyse trains of every spacing, write and draw what was found."""
     own = job.settings
-    found = order.orders(VelocityTable.open(table), own.confinement, own.closure)
+    velocities = VelocityTable.open(table)
+    wanted = tolerance.Wanted(own.closure, own.injection, own.length, own.ordered_variation)
+    found = order.orders(velocities, own.confinement, own.closure)
+    found = tolerance.with_tolerance(found, velocities, wanted)
     job.write(found, result, "order of trains")
     print(order.summary(found, own.length))
+    for De, fraction in itertools.product(own.deborah, own.fractions):
+        print(tolerance.of_condition(velocities, De, fraction, wanted, own.feed))
     if figure:
         trains = datasets.read(simulated) if simulated else None
         drawing = draw_order(found, own.length, datasets.read(units), trains)

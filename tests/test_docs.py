@@ -27,7 +27,7 @@ import yaml
 from harness import ROOT, SCRIPTS, Project, written
 from markdown_it import MarkdownIt
 
-from viscotrain.config.reading import parse_study
+from viscotrain.config.sweep import parse_studies
 from viscotrain.errors import ConfigError
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -95,7 +95,7 @@ def is_valid(part: dict) -> bool:
     }
     for config in (whole | merged, whole | part):
         with contextlib.suppress(ConfigError):
-            parse_study(config, source="")
+            parse_studies(config, source="")
             return True
     return False
 

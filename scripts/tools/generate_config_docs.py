@@ -35,7 +35,7 @@ One YAML file describes one study. Run it with
 |---|---|
 | `config.yaml` | demo, a few minutes: what `snakemake --cores 2` runs, and your template |
 | `paper.yaml` | the full table, up to De = 62 |
-| `confinement.yaml` | four sphere diameters in one channel, compared; a quarter of an hour |
+| `confinement.yaml` | four sphere diameters in one channel, compared; ten minutes |
 | `tiny.yaml` | every stage in under a minute on a coarse mesh; for tests only |
 
 A wrong config stops the workflow before its first job, with one message that names every problem:

@@ -15,6 +15,8 @@ NEGLIGIBLE = 1e-6  # relative velocities below this are the simulation's error, 
 FASTEST = 2.0  # Ubar, on the axis of a Newtonian fluid: no sphere and no thinning fluid is faster
 FEWEST_TRAIN_SPHERES = 3  # that a train starts with, so a channel must hold them
 
+ORDERED_VARIATION = 0.25  # CV of the spacing of a train that counts as ordered, unless a study says
+
 DEBORAH_NUMBERS = {  # variables of datasets
     "deborah": "Deborah number, as the study defines it",
     "deborah_longest_mode": "Deborah number of the longest relaxation time",

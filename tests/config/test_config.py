@@ -182,6 +182,10 @@ WRONG = {
         {"fluid.solvent_viscosity": "0.2"},
         "fluid.solvent_viscosity: found the text '0.2' (write 0.2); allowed: number > 0",
     ),
+    "per cent for a share": (
+        {"particle.diameter_variation": 2},
+        "particle.diameter_variation: found 2; allowed: number in [0, 0.1]",
+    ),
     "number that YAML reads as text": (
         {"particle.diameter": "2e-5"},
         "particle.diameter: found the text '2e-5' (write 2.0e-05); "

@@ -19,8 +19,13 @@ from PIL import Image
 from synthetic import PAPER_NODES, at_deborah, superposed, triplet
 
 from viscotrain.drawing import canvas, encoding, figures, movies, scale_bar, style
+from viscotrain.table.size_response import SizeResponse
 from viscotrain.trains import films, statistics
+from viscotrain.trains.closures import EverySphere
+from viscotrain.trains.condition import generator
+from viscotrain.trains.recording import record_train
 from viscotrain.trains.repeats import run_repeats
+from viscotrain.trains.sizes import Sizes
 
 BETA, LENGTH, VIEW, FRAMES, INTERVAL = 0.2, 40.0, 5.0, 40, 0.05
 WIDTH, RATE = 640, 25.0
@@ -127,7 +132,7 @@ def test_a_film_is_of_the_spheres_that_entered_by_the_same_law(velocities):
         repeats=1,
         seed=3,
     ).assign(deborah=5.0, memory_number=("repeat", [0.0]))
-    (z,) = films._positions(velocities, train, np.array([0.0]))
+    ((z, _),) = films._positions(velocities, train, np.array([0.0]))
     known = train["position"].values[0, 0]
     np.testing.assert_array_equal(z / BETA, known[np.isfinite(known)] * BETA / BETA)
     film = films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=2)
@@ -202,7 +207,7 @@ def test_a_train_with_memory_is_filmed_with_it(velocities):
     ]
     times = trains[1]["snapshot_time"].values[0]
     seen = films._positions(velocities, trains[1], times - times[0])
-    for n, positions in enumerate(seen):
+    for n, (positions, _) in enumerate(seen):
         held, kept = (train["position"].values[0, n] * BETA for train in trains)
         np.testing.assert_allclose(positions, kept[np.isfinite(kept)], rtol=0, atol=1e-9)
         assert np.abs(positions[-3:] - held[np.isfinite(held)][-3:]).max() > 1e-3
@@ -230,7 +235,7 @@ def test_spheres_are_drawn_where_they_are(data, station):
 def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():
     frame = np.full((40, 400, 3), 255, dtype=np.uint8)
     view = canvas.View(start=1.0, scale=100.0, axis=20.0)
-    canvas.draw_spheres(frame, view, np.array([1.5, 1.71, 3.0]), BETA)
+    canvas.draw_spheres(frame, view, np.array([1.5, 1.71, 3.0]), np.ones(3), BETA)
     blue = runs(np.abs(frame[20].astype(int) - COLOURS["alone"]).sum(axis=-1) < 30)
     red = runs(np.abs(frame[20].astype(int) - COLOURS["touching"]).sum(axis=-1) < 30)
     assert [(run[0], run.size) for run in blue] == [(190, 20)]  # 0.2 D, centre at 2 D
@@ -239,9 +244,58 @@ def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():
     assert (rows[0], rows[-1]) == (10, 29)
 
 
+def test_unequal_spheres_have_their_own_diameters_and_touch_by_their_gap():
+    """Diameters 0.28, 0.2 and 0.12 D: gaps of 0.01 D and, at equal distance, 0.09 D."""
+    frame = np.full((40, 400, 3), 255, dtype=np.uint8)
+    view, z = canvas.View(start=1.0, scale=100.0, axis=20.0), np.array([1.5, 1.75, 2.0])
+    canvas.draw_spheres(frame, view, z, np.array([1.4, 1.0, 0.6]), BETA)
+    blue, red = (
+        [(run[0], run.size) for run in runs(np.abs(frame[20].astype(int) - rgb).sum(axis=-1) < 30)]
+        for rgb in COLOURS.values()
+    )
+    assert red == [(36, 28), (65, 20)]
+    assert blue == [(94, 12)]
+
+
+def test_films_of_unequal_spheres_are_of_the_diameters_of_the_train(velocities):
+    options = {"confinement": BETA, "volume_fraction": 0.01, "centreline_velocity": 1.67}
+    train = run_repeats(
+        velocities,
+        length=LENGTH,
+        stations=STATIONS,
+        passages=60,
+        repeats=1,
+        seed=3,
+        diameter_variation=0.05,
+        size_response=SizeResponse(-0.03, 0.0),
+        **options,
+    )
+    own = films.film(
+        velocities, at_deborah(train, 5.0), field_of_view=VIEW, interval=INTERVAL, frames=FRAMES
+    )
+    seen = own["diameter"].values
+    assert np.array_equal(np.isfinite(seen), np.isfinite(own["position"].values))
+    again = record_train(
+        EverySphere(velocities),
+        confinement=BETA,
+        volume_fraction=0.01,
+        length=LENGTH,
+        stations=STATIONS,
+        passages=60,
+        rng=generator(3, 0),
+        sizes=Sizes(0.05, -0.03),
+    )
+    np.testing.assert_array_equal(again.spacing, train["spacing"][0])
+    inside = set(seen[np.isfinite(seen)].round(12))
+    assert 10 < len(inside & set((1 + np.array(again.deviation)).round(12))) == len(inside)
+    words = movies._entry(movies.labelled(own, UNITS))
+    assert words.endswith("uniform injection, diameters vary by 5 %")
+
+
 def test_spheres_at_the_edge_are_cut():
     frame = np.full((40, 100, 3), 255, dtype=np.uint8)
-    canvas.draw_spheres(frame, canvas.View(0.0, 100.0, 20.0), np.array([-0.05, 1.2, 5.0]), BETA)
+    z = np.array([-0.05, 1.2, 5.0])
+    canvas.draw_spheres(frame, canvas.View(0.0, 100.0, 20.0), z, np.ones(3), BETA)
     assert runs((frame[20] != 255).any(axis=-1))[0].tolist() == list(range(5))
 
 

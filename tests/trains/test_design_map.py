@@ -59,6 +59,7 @@ def point(deborah, volume_fraction, stations, memory=(0.0, 0.0)):
         "feed_volume_fraction": U_P * volume_fraction,
         "injection_rate": 1 / intervals.mean,
         "confinement": 0.2,
+        "diameter_variation": 0.0,
     }
     dataset = dataset.assign(memory_number=("repeat", list(memory)))
     return dataset.assign(scalars).assign_attrs(given="volume_fraction", injection="uniform")

@@ -27,6 +27,7 @@ AFTER_DNS = {
     "design_points": 1,
     "design_map": 1,
     "order": 1,
+    "diameter_variation": 1,
     "encapsulation": 1,
     "velocity_figures": 1,
     "train_figures": 1,
@@ -69,6 +70,7 @@ def test_every_shipped_config_has_a_plan(config, planned):
         "study_config": 1,
         "units": 1,
         "field": 1,
+        "other_diameter": 4,
     }
     assert len(geometries) == jobs["dns"]
     assert {("inf", "inf"), (str(study.table.sp[0]), "inf")} <= geometries
@@ -329,6 +331,8 @@ def test_other_trains_simulate_no_flow(finished):
         "encapsulation": 1,
         "film": 1,
         "movies": 1,
+        "order": 1,
+        "diameter_variation": 1,
         "study_config": 1,
         "study_figures": 1,
         "train_figures": 1,
@@ -417,7 +421,7 @@ def test_comments_and_docstrings_of_the_physics_repeat_nothing(finished):
 def test_code_of_the_physics_repeats_every_simulation(finished):
     finished.edit("scripts/viscotrain/flow/weak_forms.py", "\ndef ", "\nUNUSED = 1\n\n\ndef ")
     jobs, _ = finished.plan("--configfile", "study.yaml")
-    assert jobs == AFTER_DNS | {"dns": 3, "field": 1}
+    assert jobs == AFTER_DNS | {"dns": 3, "other_diameter": 4, "field": 1}
 
 
 PHYSICAL = {"units": 1, "study_config": 1, "design_map": 1, "movies": 1, "order": 1}

@@ -12,13 +12,14 @@ sys.path.insert(0, f"{workflow.basedir}/scripts")
 from snakemake.exceptions import WorkflowError
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import simulated
+from viscotrain.config.geometries import diameter_ratios, simulated
 from viscotrain.config.names import (
     fraction_name,
     geometry_name,
     number_name,
     parse_fraction,
     point_name,
+    sphere_name,
     train_name,
 )
 from viscotrain.config.reading import (
@@ -80,6 +81,7 @@ wildcard_constraints:
     sp=r"[0-9.e+-]+|inf",
     sf=r"[0-9.e+-]+|inf",
     deborah=r"[0-9.e+-]+",
+    diameter_ratio=r"[0-9.e+-]+",
     volume_fraction=r"(_feed)?[0-9.e+-]+",
     kind="mesh|order|box|time_step",
     gap=r"[0-9.e+-]+",
@@ -96,6 +98,9 @@ if STUDY.dns.method == "transient":
 else:
     SIMULATIONS = [("dns", geometry_name(*geometry)) for geometry in simulated(STUDY)]
 
+SINGLE_SPHERES = [
+    ("dns", sphere_name(ratio)) for ratio in diameter_ratios(STUDY) if not GIVEN_TABLE
+]
 DNS_JOBS = grouping.jobs(STUDY, float(JOB_MINUTES))
 
 TRAINS = [
@@ -128,6 +133,7 @@ ALL_FIGURES = [
     *[f"stations_{train}" for train in MOVIES],
     *(["spacing_law", "design_map"] if MAP else []),
     "order",
+    "diameter_variation",
     "encapsulation",
 ]
 
@@ -212,6 +218,9 @@ def instances(rule, pattern):
     if TRAIN in pattern:
         trains = MOVIES if rule in ("film", "movies") else TRAINS
         return [pattern.replace(TRAIN, train) for train in trains]
+    if "{diameter_ratio}" in pattern:
+        sphere = "sp{sp}_sf{sf}_d{diameter_ratio}"
+        return [pattern.replace(sphere, name) for _, name in SINGLE_SPHERES]
     if "{sp}" in pattern:
         point = "sp{sp}_sf{sf}_De{deborah}"
         return [pattern.replace(point, name) for _, name in SIMULATIONS]
@@ -228,6 +237,10 @@ def given(script, settings=None):
     """Parameters of all rules with scripts: what numbers follow from, besides the input."""
     own = {} if settings is None else {"settings": settings.stated()}
     return {"study": NAME, "code": digest(script), **own}
+
+
+def single_sphere_settings(wildcards):
+    return stages.single_sphere(STUDY, float(wildcards.diameter_ratio)).stated()
 
 
 def transient_settings(wildcards):
@@ -291,5 +304,14 @@ def simulating_trains(runs, feed, fractions=()):
         wanted = fractions or [parse_fraction(wildcards.volume_fraction)]
         seconds = sum(resources.train_seconds(STUDY, phi, runs, feed) for phi in wanted)
         return resources.minutes_for(seconds, attempt)
+
+    return not_solving("trains") | {"runtime": runtime}
+
+
+def varying_diameters():
+    """Resources of trains at several variations of diameters."""
+
+    def runtime(wildcards, attempt):
+        return resources.minutes_for(resources.variation_seconds(STUDY), attempt)
 
     return not_solving("trains") | {"runtime": runtime}

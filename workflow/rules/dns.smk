@@ -40,6 +40,29 @@ for number, geometries in enumerate(DNS_JOBS, 1):
             "../../scripts/dns.py"
 
 
+# How velocities follow the diameter, for spheres that are not equal.
+rule other_diameter:
+    input:
+        **FITTED_FLUID,
+    output:
+        result=f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.nc",
+        timing=f"{RESULTS}/dns/timing/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.csv",
+    log:
+        f"{LOGS}/dns/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    resources:
+        **solving("dns"),
+    params:
+        **given("dns"),
+        settings=single_sphere_settings,
+    message:
+        "Simulating a single sphere of {wildcards.diameter_ratio} times the diameter"
+    script:
+        "../../scripts/dns.py"
+
+
 if STUDY.field_point():
 
     rule field:

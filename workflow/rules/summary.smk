@@ -15,7 +15,10 @@ rule summary:
         maps=[f"{RESULTS}/design_map/design_map.nc"] if MAP else [],
         droplets=f"{RESULTS}/encapsulation/encapsulation.nc",
         figures=expand(f"{FIGURES}/{{figure}}.png", figure=ALL_FIGURES),
-        timing=[f"{RESULTS}/{stage}/timing/{name}.csv" for stage, name in SIMULATIONS],
+        timing=[
+            f"{RESULTS}/{stage}/timing/{name}.csv"
+            for stage, name in SIMULATIONS + SINGLE_SPHERES
+        ],
     output:
         summary=report(
             f"{RESULTS}/summary.txt",

@@ -26,6 +26,7 @@ else:
     rule table:
         input:
             results=[f"{RESULTS}/{stage}/{name}.nc" for stage, name in SIMULATIONS],
+            spheres=[f"{RESULTS}/{stage}/{name}.nc" for stage, name in SINGLE_SPHERES],
         output:
             table=TABLE,
         log:

@@ -11,6 +11,7 @@ from viscotrain.table.triplets import Triplet, every_second, simulations
 
 FARTHEST_PAIR = 12.0  # d, that pairs reach at least
 FARTHER = 1.5  # ratio of two distances of pairs beyond those of triplets
+SIZE_STEP = 0.05  # of diameters, over the diameter; what beads vary by
 
 
 def check_geometries(study: Study) -> tuple[tuple[float, float], ...]:
@@ -47,6 +48,16 @@ def pair_distances(study: Study) -> tuple[float, ...]:
     while every and every[-1] < FARTHEST_PAIR:
         every.append(float(f"{every[-1] * FARTHER:.4g}"))
     return tuple(every)
+
+
+def diameter_ratios(study: Study) -> tuple[float, ...]:
+    """Diameters, over that of the study, of the single spheres that tell how velocities follow it.
+
+    Two on either side, the farther ones at twice the step. In a narrow channel they are closer, so
+    that all of them fit into it.
+    """
+    step = SIZE_STEP * min(1.0, 1 / study.confinement - 1)
+    return tuple(float(f"{1 + n * step:.6g}") for n in (-2, -1, 1, 2))
 
 
 def wanted(study: Study, deborah: float) -> tuple[Triplet, ...]:

@@ -132,14 +132,23 @@ Diameter = Annotated[
 
 
 class ParticleConfig(Section):
-    """The spheres, all equal."""
+    """The spheres: all equal, or of diameters that vary about a mean."""
 
     diameter: Diameter = key(
-        "diameter of the spheres, less than channel.diameter; of several, everything is made for "
-        "each in `results/<study>/beta<d/D>/`, and compared",
+        "mean diameter of the spheres, less than channel.diameter; of several, everything is made "
+        "for each in `results/<study>/beta<d/D>/`, and compared",
         symbol="d",
         unit="m",
         allowed="number > 0, or list of at least 2 of them, ascending",
+    )
+    diameter_variation: float = key(
+        "coefficient of variation of the diameters in trains: normally distributed, cut at three "
+        "standard deviations. A sphere's velocity follows its diameter to first order; 0 = all "
+        "equal",
+        unit="1",
+        default=0.0,
+        ge=0,
+        le=0.1,
     )
 
 

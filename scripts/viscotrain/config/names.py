@@ -1,5 +1,7 @@
 """Names of files: numbers, geometries, points and trains, such as sp1.1_sfinf_De5."""
 
+import math
+
 FEED = "_feed"  # before a volume fraction that is poured in
 
 
@@ -14,6 +16,11 @@ def number_name(value: float) -> str:
 def geometry_name(sp: float, sf: float) -> str:
     """File name of a geometry: sp1.1_sfinf."""
     return f"sp{number_name(sp)}_sf{number_name(sf)}"
+
+
+def sphere_name(diameter_ratio: float) -> str:
+    """File name of a single sphere of another diameter, over that of the study."""
+    return f"{geometry_name(math.inf, math.inf)}_d{number_name(diameter_ratio)}"
 
 
 def point_name(sp: float, sf: float, deborah: float) -> str:

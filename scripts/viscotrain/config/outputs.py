@@ -15,6 +15,7 @@ from viscotrain.config.keys import (
     VolumeFraction,
     key,
 )
+from viscotrain.words import ORDERED_VARIATION
 
 
 class TrainsConfig(Section):
@@ -45,10 +46,11 @@ class TrainsConfig(Section):
         min_length=1,
         rule="at least 1, none twice; this one or trains.volume_fraction",
     )
-    injection: Literal["uniform", "poisson"] = key(
+    injection: Literal["uniform", "poisson", "even"] = key(
         "law of the intervals at which spheres enter. uniform: between contact and as much above "
         "the mean, as in the original study; poisson: as in a real suspension, at random but "
-        "without overlap. It sets how even a train is from the start on",
+        "without overlap; even: all equal, as behind a device that spaces them. It sets how even "
+        "a train is from the start on",
         default="uniform",
     )
     closure: Literal["every_sphere", "nearest"] = key(
@@ -290,6 +292,6 @@ class DesignMapConfig(Section):
     passages: int = key("spheres recorded per repeat", default=500, ge=2)
     ordered_variation: float = key(
         "coefficient of variation of the spacing below which a train counts as ordered",
-        default=0.25,
+        default=ORDERED_VARIATION,
         gt=0,
     )

@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
+from viscotrain.config import stages
 from viscotrain.config.models import FluidConfig
 from viscotrain.config.problems import Readable, disagreements
 from viscotrain.config.study import Study
@@ -140,10 +141,8 @@ def measured_file(study: Study, config_file: str | Path) -> str | None:
     if study.trains.measured is None:
         return None
     path = _existing(config_file, "trains.measured", study.trains.measured)
-    trains = study.trains
-    known = {"station": trains.stations, "deborah": trains.deborah}
     try:
-        spacings_file.read(path, known | {"volume_fraction": trains.fractions})
+        spacings_file.read(path, dict(stages.measured(study)))
     except DataError as error:
         raise ConfigError(str(config_file), [f"trains.measured: {error}"]) from error
     return path

@@ -220,16 +220,14 @@ class TableSettings(Settings):
 class TrainsSettings(Settings):
     """Trains in a channel of some length: lengths in D; stations ascending.
 
-    Attributes:
-        closure: Name of a closure.
-        injection: Name of the law of the intervals between injections.
-        feed: Whether volume fractions are those of what is poured in.
+    Closure and injection are names; `feed`: volume fractions are those of what is poured in.
     """
 
     closure: str
     injection: str
     feed: bool
     memory: float
+    diameter_variation: float
     confinement: float
     length: float
     stations: tuple[float, ...]
@@ -246,12 +244,28 @@ class MeasuredSettings(Settings):
     volume_fraction: tuple[float, ...]
 
 
-class OrderSettings(Settings):
-    """Order of equally spaced trains in a channel of some length, in D."""
+class ConditionsSettings(Settings):
+    """De and volume fractions of trains, and the CV of the spacing of those that are ordered."""
+
+    deborah: tuple[float, ...]
+    fractions: tuple[float, ...]
+    ordered_variation: float
+
+
+class OrderSettings(ConditionsSettings):
+    """Order of equally spaced trains in a channel of some length, in D, by an injection law."""
 
     closure: str
+    injection: str
+    feed: bool
     confinement: float
     length: float
+
+
+class DiameterVariationSettings(ConditionsSettings):
+    """Trains whose diameters vary by more and more; their own variation is one of them."""
+
+    trains: TrainsSettings
 
 
 class ConfinementSettings(Settings):

@@ -17,6 +17,7 @@ from viscotrain.config.settings import (
     DesignMapSettings,
     DesignSettings,
     DesignTrainsSettings,
+    DiameterVariationSettings,
     EncapsulationSettings,
     FieldSettings,
     FiguresSettings,
@@ -86,6 +87,12 @@ def dns(study: Study, sp: float, sf: float) -> FlowSettings:
     These are all, or all but 0 where the mirror image is solved; see `triplets`.
     """
     return flow(study).at(simulated_deborahs(study, sp, sf))
+
+
+def single_sphere(study: Study, diameter_ratio: float) -> FlowSettings:
+    """One sphere of another diameter, over that of the study, at all Deborah numbers."""
+    own = flow(study)
+    return own.model_copy(update={"confinement": diameter_ratio * own.confinement})
 
 
 def field(study: Study) -> FieldSettings:
@@ -163,6 +170,7 @@ def trains(study: Study) -> TrainsSettings:
         injection=study.trains.injection,
         feed=study.trains.feed,
         memory=study.trains.memory,
+        diameter_variation=study.particle.diameter_variation,
         confinement=study.confinement,
         length=study.channel.length,
         stations=study.trains.stations,
@@ -198,8 +206,30 @@ def order(study: Study) -> OrderSettings:
     """Stability and ordering length of equally spaced trains."""
     return OrderSettings(
         closure=study.trains.closure,
+        injection=study.trains.injection,
+        feed=study.trains.feed,
         confinement=study.confinement,
         length=study.channel.length,
+        deborah=study.trains.deborah,
+        fractions=study.trains.fractions,
+        ordered_variation=study.design_map.ordered_variation,
+    )
+
+
+def diameter_variation(study: Study) -> DiameterVariationSettings:
+    """Trains of the section `trains`, recorded at the outlet only, fewer of them."""
+    own = trains(study).model_copy(
+        update={
+            "stations": (study.channel.length,),
+            "repeats": 1,
+            "passages": min(study.trains.passages, study.design_map.passages),
+        }
+    )
+    return DiameterVariationSettings(
+        trains=own,
+        deborah=study.trains.deborah,
+        fractions=study.trains.fractions,
+        ordered_variation=study.design_map.ordered_variation,
     )
 
 

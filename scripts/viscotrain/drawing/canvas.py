@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from viscotrain.drawing.style import BLUE, VERMILLION
+from viscotrain.trains.sizes import contact
 from viscotrain.trains.statistics import touching
 
 REFERENCE_WIDTH = 1280  # pixels, for which the sizes of text and margins below are
@@ -45,18 +46,20 @@ class View(NamedTuple):
         return (np.asarray(z) - self.start) * self.scale
 
 
-def draw_spheres(frame: NDArray, view: View, z: NDArray, confinement: float):
+def draw_spheres(frame: NDArray, view: View, z: NDArray, diameter: NDArray, confinement: float):
     """Paint spheres with smooth edges into a frame, shape (height, width, 3), of bytes.
 
     Args:
         frame: Changed in place.
         view: Where the channel is in it.
         z: Positions in D, ascending, without NaN.
-        confinement: d/D.
+        diameter: Of the spheres over their mean.
+        confinement: d/D, of the mean diameter.
     """
-    radius = confinement * view.scale / 2
+    radii = confinement * diameter * view.scale / 2
     height, width = frame.shape[:2]
-    for column, near in zip(view.column(z), touching(z, confinement), strict=True):
+    near_ones = touching(z, confinement, contact(diameter - 1))
+    for column, radius, near in zip(view.column(z), radii, near_ones, strict=True):
         left, right = max(math.floor(column - radius), 0), min(math.ceil(column + radius), width)
         top = max(math.floor(view.axis - radius), 0)
         bottom = min(math.ceil(view.axis + radius), height)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from viscotrain.drawing.style import GREY
 from viscotrain.table.attributes import ERRORS
 from viscotrain.table.memory import remark as memory_remark
-from viscotrain.trains.variables import rate_in_words
+from viscotrain.trains.variables import rate_in_words, unequal
 
 SIGNED = "RdBu_r"
 REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
@@ -100,7 +100,7 @@ def train_conditions(data: xr.Dataset) -> str:
     """The conditions of a train in words: of the flow, how much enters by which law, a remark."""
     flow = conditions(float(data["deborah"]), float(data["confinement"]))
     below = [amounts(data), *filter(None, [memory_remark(data)])]
-    return f"{flow},  {data.attrs['injection']} injection\n" + "\n".join(below)
+    return f"{flow},  {data.attrs['injection']} injection{unequal(data)}\n" + "\n".join(below)
 
 
 def with_sphere_rate(train: xr.Dataset, units: xr.Dataset | None) -> xr.Dataset:

@@ -48,8 +48,9 @@ from viscotrain.drawing.style import (
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table.memory import remark
 from viscotrain.trains import design_map
+from viscotrain.trains.sizes import contact
 from viscotrain.trains.statistics import TOUCHING, touching
-from viscotrain.trains.variables import rate_in_words, with_errors
+from viscotrain.trains.variables import rate_in_words, unequal, with_errors
 
 TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
 WIDEST_WORDS = 25.0  # size of words in a cell times cells in a row, at most
@@ -166,7 +167,7 @@ def draw_design_map(dataset: xr.Dataset) -> Drawing:
         f"$d/D$ = {float(dataset['confinement']):g},  "
         f"$D$ = {MICROMETRES * float(dataset['channel_diameter']):g} \N{MICRO SIGN}m,  "
         f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm,  "
-        f"{dataset.attrs['injection']} injection\n"
+        f"{dataset.attrs['injection']} injection{unequal(dataset)}\n"
         "(first \N{PLUS-MINUS SIGN}, bands: sampling error, 95 %; "
         "second \N{PLUS-MINUS SIGN}: model error)" + mark_explained(_remarks(dataset))
     )
@@ -340,9 +341,9 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
         units: Result of `units.physical_units`.
     """
     frame = film.sizes["frame"] // 2
-    names = ["position", "window_start", "time"]
+    names = ["position", "diameter", "window_start", "time"]
     scalars = ["field_of_view", "confinement", "deborah", "injection_rate", "memory_number"]
-    scalars += ["volume_fraction", "feed_volume_fraction"]
+    scalars += ["volume_fraction", "feed_volume_fraction", "diameter_variation"]
     data = film[[*names, *scalars]].isel(frame=frame)
     data.attrs = {"injection": film.attrs["injection"]}
     data["channel_diameter"] = units["channel_diameter"].variable
@@ -354,11 +355,13 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     panels = figure.subplots(count, 1, squeeze=False)[:, 0]
     for axes, n in zip(panels, range(count), strict=True):
         z = data["position"].values[n]
-        z = z[np.isfinite(z)]
+        there = np.isfinite(z)
+        z, ratio = z[there], data["diameter"].values[n][there]
         start, station = float(data["window_start"][n]), float(data["station"][n])
-        for place, near in zip(z, touching(z, beta), strict=True):
+        near_ones = touching(z, beta, contact(ratio - 1))
+        for place, own, near in zip(z, ratio, near_ones, strict=True):
             colour = VERMILLION if near else BLUE
-            axes.add_patch(Circle((place, 0), beta / 2, facecolor=colour, lw=0))
+            axes.add_patch(Circle((place, 0), own * beta / 2, facecolor=colour, lw=0))
         axes.plot([station], [-0.5], "^", color="black", ms=5, clip_on=False, zorder=5)
         axes.set(aspect="equal", xlim=(start, start + view), ylim=(-0.5, 0.5), yticks=[])
         axes.set_facecolor("#EAF1F6")

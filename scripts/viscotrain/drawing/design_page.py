@@ -108,7 +108,9 @@ def draw_design(found: pd.DataFrame, device: Device) -> Drawing:
         look = {"color": deborah_colour(De), "marker": MARKERS[n % len(MARKERS)], "ms": 4}
         error = np.nan_to_num(own["variation_sampling"]) + np.nan_to_num(own["variation_model"])
         label = f"De = {De:g}, {own['flow_rate_uL_per_min'].iloc[0]:.3g} \N{MICRO SIGN}L/min"
-        left.errorbar(own["spacing_d"], own["variation"], error, lw=1, capsize=2, label=label, **look)
+        left.errorbar(
+            own["spacing_d"], own["variation"], error, lw=1, capsize=2, label=label, **look
+        )
         law = {"color": look["color"], "lw": 0.8, "ls": (0, (1, 1))}
         left.plot(own["spacing_d"], own["variation_by_linear_law"], **law)
         right.plot(own["spacing_d"], own["single_percent"], lw=1, **look)

@@ -25,7 +25,7 @@ from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.memory import largest, remark
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes
-from viscotrain.trains.variables import rate_in_words, with_errors
+from viscotrain.trains.variables import rate_in_words, unequal, with_errors
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PARTICLES
 
 GRID = 81  # points of the interpolant per axis
@@ -177,9 +177,10 @@ def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
     if known:
         enter = f"{rate_in_words(rate / float(units['time'].sel(deborah=De)))} per second"
     touching = 100 * float(train["touching_share_injected"])
+    injected = float(train["spacing_variation_injected"])
     return (
-        f"Spheres enter by the {train.attrs['injection']} law, {enter}: it makes a CV of "
-        f"{float(train['spacing_variation_injected']):.2f} and {touching:.1f} % touching spheres. "
+        f"Spheres enter by the {train.attrs['injection']} law{unequal(train)}, {enter}: it makes "
+        f"a CV of {injected:.2f} and {touching:.1f} % touching spheres. "
         f"Model errors from {train.attrs['model_error']}."
     )
 

@@ -30,7 +30,7 @@ from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import BLUE, VERMILLION
 from viscotrain.table.memory import remark
 from viscotrain.trains.statistics import TOUCHING
-from viscotrain.trains.variables import rate_in_words
+from viscotrain.trains.variables import rate_in_words, unequal
 
 BAR_START = 190  # of the scale bar
 HEADER, TICKS, FOOT = 60, 42, 46  # heights above the channel, below it, and below that
@@ -51,7 +51,7 @@ def _entry(data: xr.Dataset) -> str:
     """How many spheres enter, by which law."""
     rate = float(data["injection_rate"]) / float(data["time_scale"])
     enter = f"{rate_in_words(rate)} spheres/s, " if math.isfinite(rate) else ""
-    return f"{enter}{data.attrs['injection']} injection"
+    return f"{enter}{data.attrs['injection']} injection{unequal(data)}"
 
 
 def _place(z: float, data: xr.Dataset) -> str:
@@ -115,9 +115,10 @@ def station_frames(
     _foot(canvas, below + TICKS + FOOT / 2, data, speed)
     canvas.pointer(840, below + TICKS + FOOT / 2 - 7)
     canvas.text(857, below + TICKS + FOOT / 2, "station", size=SMALL_TEXT)
-    for n, z in enumerate(data["position"].values[station]):
-        frame = _timed(canvas, time(n))
-        draw_spheres(frame, view, z[np.isfinite(z)], float(data["confinement"]))
+    positions, diameters = (data[name].values[station] for name in ("position", "diameter"))
+    for n, (z, diameter) in enumerate(zip(positions, diameters, strict=True)):
+        frame, there = _timed(canvas, time(n)), np.isfinite(z)
+        draw_spheres(frame, view, z[there], diameter[there], float(data["confinement"]))
         yield frame
 
 
@@ -163,12 +164,13 @@ def moving_frames(data: xr.Dataset, *, width: int, frame_rate: float) -> Iterato
     _foot(canvas, y, data, speed)
     canvas.ring(840 * canvas.unit, y * canvas.unit, 9 * canvas.unit)
     canvas.text(857, y, "in the first frame", size=SMALL_TEXT)
-    for n, z in enumerate(data["moving_position"].values):
+    spheres = zip(data["moving_position"].values, data["moving_diameter"].values, strict=True)
+    for n, (z, diameter) in enumerate(spheres):
         now = canvas.copy()
         _progress(now, below + FOOT + 14, data, n)
-        frame = _timed(now, time(n))
+        frame, there = _timed(now, time(n)), np.isfinite(z)
         for view in moving_views(data, n, width):
-            draw_spheres(frame, view, z[np.isfinite(z)], beta)
+            draw_spheres(frame, view, z[there], diameter[there], beta)
         yield frame
 
 

@@ -15,6 +15,7 @@ from viscotrain.fluid.units import CENTIMETRES
 from viscotrain.trains.order import remaining_variation
 
 SHORTEST, LONGEST = 0.5, 30.0  # drawn, over the shortest length and the channel's
+EVEN = 1e-6  # CV of spheres that enter evenly, to which nothing is compared
 MOST_SCATTER = 1.5  # drawn, over that at the inlet
 BAR = 0.025  # between bars that mark unstable trains, over the height of the axes
 TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10)  # %
@@ -102,7 +103,8 @@ def _data(found: xr.Dataset, length: float, simulated: xr.Dataset | None) -> xr.
     if simulated is None:
         return kept
     variation = simulated["spacing_variation"]
-    ratio = variation.isel(station=-1) / variation.isel(station=0)
+    entered = variation.isel(station=0)
+    ratio = variation.isel(station=-1) / entered.where(entered > EVEN)
     phi = simulated["volume_fraction"].broadcast_like(ratio).transpose(*ratio.dims)
     dims = {"deborah": simulated["deborah"].values}
     shown = xr.Dataset(

@@ -17,14 +17,14 @@ from viscotrain.trains.measured import DENSITIES, probability
 from viscotrain.trains.measured import WORDS as MEASURED_WORDS
 from viscotrain.trains.statistics import TOUCHING
 from viscotrain.trains.variables import with_errors
-from viscotrain.words import NEGLIGIBLE
+from viscotrain.words import CONTACT, NEGLIGIBLE
 
 OCTAVES = 2  # of distances, drawn below and above that of an equally spaced train
 WIDE_AND_CLOSE = "PuOr_r"
 
 MEASURED = [*MEASURED_WORDS, *DENSITIES, "measured_spacing", "measured_station"]
 SCALARS = ["deborah", "confinement", "volume_fraction", "feed_volume_fraction"]
-SCALARS += ["injection_rate", "memory_number"]
+SCALARS += ["injection_rate", "memory_number", "diameter_variation"]
 
 
 def kept(trains: xr.Dataset, measures: Sequence[str], others: Sequence[str] = ()) -> xr.Dataset:
@@ -156,11 +156,13 @@ def train(trains: xr.Dataset) -> Drawing:
     ahead.attrs = {"long_name": "distance to the sphere ahead over diameter", "units": "1"}
     data = data.drop_vars(["track_time", "track_position"]).assign(track_spacing=ahead)
     s, law = ahead.values, float(data["mean_spacing_law"])
+    contact = trains["contact_distance"].isel(repeat=0, passage=slice(1, len(s) + 1))
+    touching = s < TOUCHING + (contact.values[:, None] - CONTACT)
     z, number = data["track_station"].values, data["track_sphere"].values
     figure = Figure(figsize=(PAGE, 4.0), layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(s < TOUCHING, np.nan, np.log2(np.maximum(s, 1) / law))
+        ratio = np.where(touching, np.nan, np.log2(np.maximum(s, 1) / law))
     change = s - s[:, :1]
     most = max(float(np.abs(change).max()), NEGLIGIBLE)
     left = _draw_rows(panels[0], z, number, ratio, OCTAVES, WIDE_AND_CLOSE)

@@ -8,13 +8,13 @@ number of the study means, lambda_1 Ubar/D, must be the same in all parts.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import xarray as xr
 import yaml
 
-from viscotrain.config.settings import CaseSettings
+from viscotrain.config.settings import CaseSettings, FlowSettings
 from viscotrain.errors import TableError
 
 OWN = {"deborah", "longest_modes"}  # settings that every part has for itself
@@ -22,11 +22,12 @@ DE = "De"  # how facts begin that are about one Deborah number
 MOST_FILES = 5  # that a message names
 
 
-def refuse_strangers(parts: Mapping[str, xr.Dataset]) -> dict[str, str]:
+def refuse_strangers(parts: Mapping[str, xr.Dataset], but: Collection = ()) -> dict[str, str]:
     """Check that all parts agree in fluid, confinement, settings and code.
 
     Args:
         parts: Datasets by the names of their files.
+        but: Settings in which they may differ.
 
     Returns:
         What they share, as attributes of the table.
@@ -34,7 +35,10 @@ def refuse_strangers(parts: Mapping[str, xr.Dataset]) -> dict[str, str]:
     Raises:
         TableError: Some differ from the others; it names them, and what differs.
     """
-    facts = {name: dict(_facts(part.attrs)) for name, part in parts.items()}
+    facts = {
+        name: {key: value for key, value in _facts(part.attrs) if key not in but}
+        for name, part in parts.items()
+    }
     shared = _most_common(facts.values())
     lines = []
     for name, own in facts.items():
@@ -57,6 +61,27 @@ def refuse_strangers(parts: Mapping[str, xr.Dataset]) -> dict[str, str]:
         "simulations_digest": code,
         "simulations_settings": "".join(f"{key}: {value}\n" for key, value in named.items()),
     }
+
+
+def refuse_other_spheres(table: xr.Dataset, parts: Mapping[str, xr.Dataset]) -> dict[str, str]:
+    """Check that single spheres are of a table's fluid and Deborah numbers, of any diameter.
+
+    Args:
+        table: With its attributes.
+        parts: Datasets of the spheres by the names of their files.
+
+    Returns:
+        Their code, as an attribute of the table.
+
+    Raises:
+        TableError: They are not, or they differ from each other.
+    """
+    shared = refuse_strangers(parts, but=("confinement",))
+    own = yaml.safe_load(table.attrs["simulations_settings"])
+    for name, part in parts.items():
+        settings = yaml.safe_load(part.attrs["settings"]) | {"confinement": own["confinement"]}
+        refuse_other_case(name, table, FlowSettings.model_validate(settings))
+    return {"single_spheres_digest": shared["simulations_digest"]}
 
 
 def refuse_other_case(name: str, table: xr.Dataset, case: CaseSettings) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import simulated, wanted
+from viscotrain.config.geometries import diameter_ratios, simulated, wanted
 from viscotrain.config.names import train_name
 from viscotrain.config.study import Study
 from viscotrain.flow import continuation, quasi_steady
@@ -28,7 +28,13 @@ from viscotrain.jobs.digests import digest
 from viscotrain.jobs.grouping import MINUTES
 from viscotrain.jobs.progress import Point, outcomes
 from viscotrain.jobs.provenance import made_with
-from viscotrain.jobs.resources import OTHERS, megabytes, megabytes_for, train_seconds
+from viscotrain.jobs.resources import (
+    OTHERS,
+    megabytes,
+    megabytes_for,
+    train_seconds,
+    variation_seconds,
+)
 from viscotrain.table.triplets import Triplet
 from viscotrain.words import has_solution
 
@@ -263,6 +269,7 @@ def cost_of(
             flows,
             _stage("table", [0.0] * bool(flows.jobs), OTHERS["table"]),
             _stage("trains", trains, OTHERS["trains"]),
+            _stage("diameter_variation", [variation_seconds(study)], OTHERS["trains"]),
             _stage("design_map", [*points.values(), *[0.0] * bool(points)], OTHERS["trains"]),
             _stage("movies", [*[0.0] * films, *[FRAME * frames] * films], OTHERS["movies"]),
             # Of the study, of velocities and of every train; then order, units, config, page,
@@ -285,6 +292,9 @@ def _flows(
     groups = [[geometry] for geometry in left] if transient else grouping.jobs(study, minutes)
     jobs = [sum(left.get(geometry, 0.0) for geometry in group) for group in groups]
     jobs = [seconds for seconds in jobs if seconds]
+    if jobs and study.table.file is None:  # single spheres of other diameters
+        sphere = flow_seconds(study, (math.inf, math.inf), study.deborah.values, model, own)
+        jobs += [sphere] * len(diameter_ratios(study))
     if jobs and study.field_point():
         jobs.append(float(np.mean(list(left.values()))))
     largest = study.deborah_longest_mode(max(study.deborah.values))

@@ -70,5 +70,5 @@ def made_with(path: Path, settings: Settings, code: str) -> bool:
     try:
         with xr.open_dataset(path) as dataset:
             return was_made_with(dataset.attrs, settings, code)
-    except (OSError, ValueError):  # not netCDF
+    except (OSError, RuntimeError, ValueError, AttributeError):  # damaged, or not netCDF
         return False

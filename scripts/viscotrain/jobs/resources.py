@@ -120,3 +120,15 @@ def train_seconds(
     inside = study.channel.length / (spacing * study.confinement)
     injected, again = inside + runs.passages, 2 * repeated(runs.repeats)
     return (runs.repeats + again) * injected * (TRAIN["a"] + TRAIN["b"] * inside)
+
+
+def variation_seconds(study: Study) -> float:
+    """CPU seconds of the trains of the stage `diameter_variation`, all conditions together.
+
+    Each of them enters in two ways, at up to six variations, once.
+    """
+    runs = study.trains.model_copy(update={"repeats": 1})
+    fractions = study.trains.fractions
+    counted = 1 + 2 * repeated(1)  # trains, in `train_seconds`
+    each = [train_seconds(study, phi, runs, study.trains.feed) / counted for phi in fractions]
+    return 12 * len(study.trains.deborah) * sum(each)

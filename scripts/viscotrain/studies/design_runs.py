@@ -46,7 +46,8 @@ def simulate(
             assert rate is not None
             s = design.wanted_spacing(rate, isolated, own.confinement)
             yield _nothing(
-                deborah, f"{settings.bead_rate:g} beads/s would be {s:.2g} d apart, centre to centre"
+                deborah,
+                f"{settings.bead_rate:g} beads/s would be {s:.2g} d apart, centre to centre",
             )
             continue
         try:
@@ -117,9 +118,7 @@ def answer(
     )
     found = design.with_linear_law(found, velocities, device.wanted, device.variation)
     best = found.iloc[0]
-    helped = remedies(
-        settings.trains, velocities, best["deborah"], best["volume_percent"] / 100
-    )
+    helped = remedies(settings.trains, velocities, best["deborah"], best["volume_percent"] / 100)
     notes = [settings.trains.section.remark] if settings.trains.section.remark else []
     words = design_answer.answer(found, without, helped, device, notes)
     return found, words, device

@@ -4,6 +4,7 @@ import xarray as xr
 
 from viscotrain.config.settings import TrainsSettings
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.size_response import UNKNOWN, demanded
 from viscotrain.trains import repeats
 from viscotrain.trains.model_error import interpolation_error
 
@@ -15,12 +16,14 @@ def simulate(
     own = dict(settings)
     De = table.deborah_longest_mode(deborah)
     strength = own.pop("memory") * De / settings.confinement
+    unequal = settings.diameter_variation > 0
     trains = repeats.run_repeats(
         table.at(deborah),
         volume_fraction=volume_fraction,
         centreline_velocity=table.centreline_velocity(deborah),
         interpolation_error=interpolation_error(table, deborah),
         memory_strength=strength,
+        size_response=demanded(table, deborah) if unequal else UNKNOWN,
         **own,
     ).assign(repeats.deborah_numbers(table, deborah))
     return repeats.with_memory_numbers(trains)

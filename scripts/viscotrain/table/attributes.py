@@ -118,6 +118,30 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
         "long_name": "distance of middle to trailing sphere of a geometry between the nodes",
         "units": "1",
     },
+    "diameter_ratio": {
+        "long_name": "diameter of a single sphere over that of the spheres of the table",
+        "units": "1",
+    },
+    "single_velocity": {
+        "long_name": "velocity of a single sphere over mean velocity of the flow",
+        "units": "1",
+    },
+    "single_velocity_error": {
+        "long_name": "estimated discretisation error of single_velocity",
+        "units": "1",
+    },
+    "size_response": {
+        "long_name": "change of a single sphere's velocity with the logarithm of its diameter, "
+        "over mean velocity of the flow",
+        "units": "1",
+        "comment": "from the two diameters next to that of the table; NaN: not solved",
+    },
+    "size_response_error": {
+        "long_name": "error of size_response, over mean velocity of the flow",
+        "units": "1",
+        "comment": "its difference from that of the two farther diameters, and the estimated "
+        "errors of the simulations",
+    },
     "check_sf": {
         "long_name": "distance of leading to middle sphere of a geometry between the nodes",
         "units": "1",

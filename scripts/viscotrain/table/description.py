@@ -30,6 +30,7 @@ def summary(table: xr.Dataset) -> str:
     sections = [_grid_lines(table), _velocity_lines(table), _pair_lines(table)]
     sections += [_memory_lines(table)]
     sections += [_hole_lines(table), _error_lines(table), _check_lines(table)]
+    sections.append(_size_lines(table))
     sections.append(_source_lines(table))
     return "\n\n".join("\n".join(lines) for lines in sections)
 
@@ -153,6 +154,21 @@ def _check_lines(table) -> Iterator[str]:
         worst = int(np.nanargmax(values.max(axis=-1)))
         where = float(table["check_sp"][worst]), float(table["check_sf"][worst])
         yield f"  De {De:g}: at most {np.nanmax(values):.1e}, at {name_geometries([where])}"
+
+
+def _size_lines(table) -> Iterator[str]:
+    if "size_response" not in table:
+        yield "Velocity of a single sphere and its diameter: not in this table"
+        return
+    yield "Change of a single sphere's velocity with its diameter, per 1 %, in mean velocities"
+    for De, per_one, error in zip(
+        table["deborah"].values,
+        table["size_response"].values / 100,
+        table["size_response_error"].values / 100,
+        strict=True,
+    ):
+        known = f"{per_one:+.2e}, error {error:.0e}"
+        yield f"  De {De:g}: " + ("not solved" if np.isnan(per_one) else known)
 
 
 def largest_check_error(table: xr.Dataset) -> str:

@@ -1,7 +1,8 @@
 """One condition: what its trains share, its records, baseline and model errors."""
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -12,6 +13,7 @@ from viscotrain.trains import model_error
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, injection_law
 from viscotrain.trains.recording import Record, record_train
+from viscotrain.trains.sizes import EQUAL, Sizes
 from viscotrain.trains.statistics import MODE, injected
 from viscotrain.words import repeated
 
@@ -28,6 +30,7 @@ class Condition:
         length: Of the channel in D.
         passages: Spheres to record.
         seed: Of all repeats.
+        sizes: How diameters vary.
     """
 
     closure: Closure
@@ -37,6 +40,7 @@ class Condition:
     length: float
     passages: int
     seed: int
+    sizes: Sizes = EQUAL
 
     @property
     def law(self) -> InjectionLaw:
@@ -54,10 +58,10 @@ class Condition:
         """Of an equally spaced train, in d."""
         return mean_spacing(self.confinement, self.volume_fraction)
 
-    def record(self, repeat: int, stations: NDArray, closure: Closure | None = None) -> Record:
-        """One repeat, recorded at stations in D; with other velocities if there is a closure."""
+    def record(self, repeat: int, stations: NDArray) -> Record:
+        """One repeat, recorded at stations in D."""
         return record_train(
-            closure or self.closure,
+            self.closure,
             confinement=self.confinement,
             volume_fraction=self.volume_fraction,
             injection=self.injection,
@@ -65,7 +69,27 @@ class Condition:
             stations=stations,
             passages=self.passages,
             rng=generator(self.seed, repeat),
+            sizes=self.sizes,
         )
+
+    def with_sizes(self, sizes: Sizes) -> "Condition":
+        """The same with other diameters; where they do not vary there is no response."""
+        return replace(self, sizes=sizes if sizes.variation > 0 else EQUAL)
+
+    def a_little_wrong(
+        self, closures: Mapping[str, Closure], response_error: float
+    ) -> dict[str, "Condition"]:
+        """The same with other velocities, by name, and with another response of unequal spheres.
+
+        Args:
+            closures: `model_error.variants`.
+            response_error: Of U' in Ubar; NaN: not known.
+        """
+        found = {name: replace(self, closure=other) for name, other in closures.items()}
+        if self.sizes.variation > 0 and math.isfinite(response_error):
+            response = self.sizes.response + response_error
+            found["sizes"] = self.with_sizes(Sizes(self.sizes.variation, response))
+        return found
 
 
 def generator(seed: int, repeat: int) -> np.random.Generator:
@@ -77,16 +101,17 @@ def generator(seed: int, repeat: int) -> np.random.Generator:
 
 
 def model_errors(
-    own: Condition, dataset: xr.Dataset, others: Mapping[str, Closure]
+    own: Condition, dataset: xr.Dataset, others: Mapping[str, Condition]
 ) -> dict[str, xr.DataArray]:
-    """Model errors of all statistics, from some repeats with other velocities."""
+    """Model errors of all statistics, from some repeats of conditions that are a little wrong."""
     places = dataset["station"].values
     again = range(repeated(dataset.sizes["repeat"]))
     wrong = {
-        name: np.stack([own.record(n, places, other).spacing for n in again])
+        name: np.stack([other.record(n, places).spacing for n in again])
         for name, other in others.items()
     }
-    errors = model_error.model_error(dataset["spacing"].values[again], wrong, own.mean_spacing)
+    right, contact = (dataset[name].values[again] for name in ("spacing", "contact_distance"))
+    errors = model_error.model_error(right, wrong, own.mean_spacing, contact[:, None])
     name = f"{MODE}_model_error"
     errors[name] = errors[name].where(dataset[MODE].notnull())
     return {str(key): value for key, value in errors.data_vars.items()}

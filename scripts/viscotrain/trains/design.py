@@ -50,7 +50,7 @@ def volume_fractions(
     confinement: float,
     section: CrossSection,
 ) -> list[float]:
-    """phi in the channel of the conditions at one De, the one of the wanted rate last.
+    """Phi in the channel of the conditions at one De, the one of the wanted rate last.
 
     Args:
         spacing: Mean spacings in d.

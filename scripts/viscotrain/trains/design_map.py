@@ -32,7 +32,7 @@ from viscotrain.fluid.pipe import pipe_flow
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table import memory
 from viscotrain.table.attributes import ATTRIBUTES
-from viscotrain.trains.variables import rate_in_words, with_errors
+from viscotrain.trains.variables import rate_in_words, unequal, with_errors
 from viscotrain.words import BEYOND_QUASI_STEADY
 
 MEASURES = ("mean_spacing", "spacing_mode", "spacing_variation", "even_share", "touching_share")
@@ -116,6 +116,7 @@ def combine(
             ),
             "ordered_variation": ((), ordered_variation, _words("1", THRESHOLD)),
             "confinement": text["confinement"],
+            "diameter_variation": text["diameter_variation"],
             "sphere_rate": (grid[:2], rate, _words("s-1", SPHERE_RATE)),
         }
         | _physical(scales, fluid, z),
@@ -269,7 +270,8 @@ def headline(dataset: xr.Dataset) -> list[str]:
     enter = f", {rate_in_words(rate)} spheres/s" if math.isfinite(rate) else ""
     return [
         f"ordered (coefficient of variation up to {float(dataset['ordered_variation']):g}) at "
-        f"{ordered} of {len(outlets)} conditions, {dataset.attrs['injection']} injection;",
+        f"{ordered} of {len(outlets)} conditions, {dataset.attrs['injection']} injection"
+        f"{unequal(dataset)};",
         f"the most even train, {with_errors(best, 'spacing_variation', 3)} (sampling, model), "
         f"at De = {float(best['deborah']):g},",
         f"phi = {100 * float(best['volume_fraction']):.3g} %, in the feed "

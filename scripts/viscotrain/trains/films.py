@@ -24,14 +24,17 @@ from viscotrain.trains.closures import Velocities, make_closure
 from viscotrain.trains.condition import generator
 from viscotrain.trains.recording import record_train
 from viscotrain.trains.repeats import tracked_velocity
+from viscotrain.trains.sizes import Sizes
 from viscotrain.trains.variables import described
 
+Spheres = NDArray  # positions in D and diameters over their mean, shape (2, N), trailing first
 LARGEST_ROWS = 4  # of the window that moves along
 MARGIN = 2.0  # beyond a window, in d: enough to see whether a sphere at its edge touches another
+DIAMETERS = "diameter over the mean of all; NaN: no sphere"
 POSITIONS = "position over channel diameter, the trailing sphere first; NaN: none"
 SCALARS = (
     *("confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"),
-    *("channel_length", "deborah"),
+    *("channel_length", "deborah", "diameter_variation"),
 )
 
 
@@ -55,7 +58,8 @@ def film(
     Returns:
         Dataset with `position` (station, frame, sphere) and `time` (frame) of the cameras at the
         stations, `moving_position` (frame, moving_sphere) and `moving_time` (frame) of the one
-        that moves along; positions in D, NaN after the leading sphere in the window.
+        that moves along; positions in D, NaN after the leading sphere in the window. Diameters
+        over their mean, `diameter` and `moving_diameter`, have the shapes of positions.
     """
     length = float(train["channel_length"])
     span, rows = moving_window(length, field_of_view)
@@ -95,7 +99,7 @@ def film(
 
 
 def _fixed_cameras(
-    train: xr.Dataset, snapshots: Sequence[NDArray], field_of_view: float
+    train: xr.Dataset, snapshots: Sequence[Spheres], field_of_view: float
 ) -> dict[str, xr.Variable]:
     """What the cameras at the stations see, and where their windows begin."""
     length, margin = float(train["channel_length"]), MARGIN * float(train["confinement"])
@@ -105,7 +109,7 @@ def _fixed_cameras(
         for start in starts
     ]
     return {
-        "position": described(_padded(seen), ["station", "frame", "sphere"], POSITIONS),
+        **_spheres(seen, ["station", "frame", "sphere"]),
         "window_start": described(
             np.array(starts), ["station"], "upstream end of the window over channel diameter"
         ),
@@ -113,7 +117,7 @@ def _fixed_cameras(
 
 
 def _moving_camera(
-    train: xr.Dataset, snapshots: Sequence[NDArray], ends: NDArray, span: float
+    train: xr.Dataset, snapshots: Sequence[Spheres], ends: NDArray, span: float
 ) -> dict[str, xr.Variable]:
     """What the camera that moves along sees, and where its window ends."""
     margin = MARGIN * float(train["confinement"])
@@ -122,7 +126,7 @@ def _moving_camera(
         for z, end in zip(snapshots, ends, strict=True)
     ]
     return {
-        "moving_position": described(_padded([along])[0], ["frame", "moving_sphere"], POSITIONS),
+        **_spheres(along, ["frame", "moving_sphere"], "moving_"),
         "moving_window_end": described(
             ends, ["frame"], "downstream end of the moving window over channel diameter"
         ),
@@ -143,8 +147,8 @@ def moving_window(length: float, field_of_view: float) -> tuple[float, int]:
     return min(rows * field_of_view, length / 2), rows
 
 
-def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> list[NDArray]:
-    """Positions in D of all spheres of repeat 0 at some times after recording began."""
+def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> list[Spheres]:
+    """All spheres of repeat 0 at some times after recording began."""
     beta, length = float(train["confinement"]), float(train["channel_length"])
     record = record_train(
         make_closure(train.attrs["closure"], velocities, float(train.attrs["memory_strength"])),
@@ -156,19 +160,28 @@ def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> lis
         passages=1,
         rng=generator(int(train.attrs["seed"]), 0),
         snapshot_times=times,
+        sizes=Sizes(float(train["diameter_variation"]), float(train["size_response"])),
     )
-    return [beta * z for z in record.snapshots]
+    return [
+        np.stack([beta * z, 1 + deviation])
+        for z, deviation in zip(record.snapshots, record.snapshot_deviations, strict=True)
+    ]
 
 
-def _inside(z: NDArray, low: float, high: float) -> NDArray:
-    return z[(z >= low) & (z <= high)]
+def _inside(spheres: Spheres, low: float, high: float) -> Spheres:
+    return spheres[:, (spheres[0] >= low) & (spheres[0] <= high)]
 
 
-def _padded(pieces: Sequence[Sequence[NDArray]]) -> NDArray:
-    """Arrays of different lengths as one, filled up with NaN."""
-    most = max((z.size for row in pieces for z in row), default=0)
-    filled = np.full((len(pieces), len(pieces[0]), most), np.nan)
-    for r, row in enumerate(pieces):
-        for n, z in enumerate(row):
-            filled[r, n, : z.size] = z
-    return filled
+def _spheres(pieces: Sequence, dims: Sequence[str], of: str = "") -> dict[str, xr.Variable]:
+    """Positions and diameters, of pieces nested as the dimensions but the last, filled with NaN."""
+    flat = pieces if len(dims) == 2 else [piece for row in pieces for piece in row]
+    most = max((spheres.shape[1] for spheres in flat), default=0)
+    filled = np.full((2, len(flat), most), np.nan)
+    for n, spheres in enumerate(flat):
+        filled[:, n, : spheres.shape[1]] = spheres
+    shape = (len(pieces),) if len(dims) == 2 else (len(pieces), len(pieces[0]))
+    z, diameter = filled.reshape(2, *shape, most)
+    return {
+        f"{of}position": described(z, dims, POSITIONS),
+        f"{of}diameter": described(diameter, dims, DIAMETERS),
+    }

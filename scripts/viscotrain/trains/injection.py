@@ -19,6 +19,8 @@ is called, 1 % (De = 5) to 3 % (De = 0) more at beta = 0.2.
     uniform, the original study's:   in [t_0, 2 dt_eq - t_0],           CV = (1 - t_0/dt_eq)/sqrt(3)
     poisson, spheres mixed at random that cannot overlap (hard core):
                                      t_0 plus an exponential deviate,   CV = 1 - t_0/dt_eq
+    even, behind a device that spaces them:
+                                     dt_eq,                             CV = 0
 
 A law decides how even a train is from the start on: at phi = 0.4 % and beta = 0.2, whose mean
 distance is 6.7 d, the CV is 0.49 or 0.85.
@@ -101,7 +103,24 @@ class Poisson(InjectionLaw):
         return self.free / self.mean
 
 
-INJECTIONS: dict[str, type[InjectionLaw]] = {"uniform": Uniform, "poisson": Poisson}
+class Even(InjectionLaw):
+    """All intervals equal to the mean."""
+
+    def draw(self, rng: np.random.Generator) -> float:
+        """See `InjectionLaw.draw`; draws nothing."""
+        return self.mean
+
+    def share_below(self, interval: NDArray | float) -> NDArray:
+        """See `InjectionLaw.share_below`."""
+        return 1.0 * (np.asarray(interval) > self.mean)
+
+    @property
+    def variation(self) -> float:
+        """See `InjectionLaw.variation`."""
+        return 0.0
+
+
+INJECTIONS: dict[str, type[InjectionLaw]] = {"uniform": Uniform, "poisson": Poisson, "even": Even}
 
 
 def injection_law(

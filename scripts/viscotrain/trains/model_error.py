@@ -13,15 +13,18 @@ trains are made. So some of the repeats are simulated again, with the same rando
   errors change their sign between the nodes; one sign at all distances is the worst case, and which
   one is the same: A and -A changed the CV of the demo by -0.0007 and 0.0007;
 
-- the closure one term poorer (`closures.POORER`).
+- the closure one term poorer (`closures.POORER`);
+
+- of spheres that are not equal, the size response (`table.size_response`) plus its error.
 
 With x the mean of a statistic over these repeats, its model error is
 
-    sqrt( (x(table) - x)^2 + (x(closure) - x)^2 ).
+    sqrt( (x(table) - x)^2 + (x(closure) - x)^2 + (x(sizes) - x)^2 ).
 
 Random numbers are the same, so what a few repeats tell scatters little. Errors of the simulations
-themselves, of rounding or of the time step (1e-3 d) are not in it, nor is what the fluid model or
-equal spheres leave out. Where the table was not checked its part is missing, and said so.
+themselves, of rounding or of the time step (1e-3 d) are not in it, nor is what the fluid model
+leaves out, or that diameters count to first order. Where the table was not checked its part is
+missing, and said so.
 """
 
 import math
@@ -101,16 +104,22 @@ def variants(
     return found | {"closure": with_memory(POORER[closure](velocities), memory_strength)}
 
 
-def model_error(spacing: NDArray, wrong: Mapping[str, NDArray], mean_spacing: float) -> xr.Dataset:
+def model_error(
+    spacing: NDArray,
+    wrong: Mapping[str, NDArray],
+    mean_spacing: float,
+    contact: NDArray | float = CONTACT,
+) -> xr.Dataset:
     """Model errors of all statistics, each with `_model_error` behind its name.
 
     Args:
         spacing: s* in d of the repeats that were simulated again, (repeat, station, passage).
         wrong: The same by each of `variants`.
         mean_spacing: That of an equally spaced train, which sets the range of the bins.
+        contact: Distances in d at which spheres touch, of a shape that fits.
     """
-    right = _averages(spacing, mean_spacing)
-    others = [_averages(s, mean_spacing) for s in wrong.values()]
+    right = _averages(spacing, mean_spacing, contact)
+    others = [_averages(s, mean_spacing, contact) for s in wrong.values()]
     variables = {}
     for name in right:
         words, dims = MEASURES.get(name, Measure(MODE_WORDS))
@@ -121,14 +130,16 @@ def model_error(spacing: NDArray, wrong: Mapping[str, NDArray], mean_spacing: fl
     return xr.Dataset(variables)
 
 
-def _averages(spacing: NDArray, mean_spacing: float) -> dict[str, NDArray]:
+def _averages(
+    spacing: NDArray, mean_spacing: float, contact: NDArray | float
+) -> dict[str, NDArray]:
     """Means over repeats, and the mode whether or not it means something."""
-    found = {name: x.mean(axis=0) for name, x in measures(spacing, mean_spacing).items()}
+    found = {name: x.mean(axis=0) for name, x in measures(spacing, mean_spacing, contact).items()}
     edges = distribution.bin_edges(mean_spacing)
     return found | {MODE: distribution.mode(found["spacing_density"], edges)}
 
 
-def in_words(amplitude: float, repeats: int) -> str:
+def in_words(amplitude: float, repeats: int, unequal: bool = False) -> str:
     """What model errors are made of."""
     table = "the table by its interpolation error"
     if math.isfinite(amplitude):
@@ -136,4 +147,4 @@ def in_words(amplitude: float, repeats: int) -> str:
     else:
         table += " is not in it, table.check has not measured it"
     of = f"{repeats} {'repeat' if repeats == 1 else 'repeats'} simulated again"
-    return f"{of}: {table}; the closure one term poorer"
+    return f"{of}: {table}; the closure one term poorer" + "; the size response" * unequal

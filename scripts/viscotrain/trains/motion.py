@@ -1,14 +1,15 @@
 r"""Motion of a train: all spheres are moved by their distances.
 
 **Motion.** dz_i/dt = U_i, from all distances, trailing sphere first, by one of the closures in
-`closures`. Gaps below the table's smallest distance are lubricated over the whole chain: the two
-velocities at one gap come from two different triplets, so a triplet's own limit would not stop
-overlap.
+`closures`, and from the diameters of spheres that are not equal (`sizes`). Gaps below the table's
+smallest distance are lubricated over the whole chain: the two velocities at one gap come from two
+different triplets, so a triplet's own limit would not stop overlap.
 
 **State.** y = (z_1, x_1, ..., x_{N-1}): the position of the trailing sphere, and the logarithms of
-the gaps, x_j = log(s_j - 1). A gap in lubrication closes or opens exponentially, so its logarithm
-changes evenly; it may close to less than the rounding of positions and open again, and never
-reaches contact.
+the gaps, x_j = log(s_j - c_j), with c_j the distance in contact, 1 for equal spheres. A gap in
+lubrication closes or opens exponentially, so its logarithm changes evenly; it may close to less
+than the rounding of positions and open again, and never reaches contact. Unequal spheres that
+press on each other for ever stop at `DEEPEST`.
 
 **Time.** Heun's method; steps end at every injection and every exit. Their length is controlled by
 the difference between Heun's and Euler's state, which bounds the error of the latter. Within a step
@@ -28,17 +29,31 @@ from numpy.typing import NDArray
 
 from viscotrain.table.lubrication import ROUND_OFF, ChainMotion, lubricate
 from viscotrain.trains.closures import Closure
+from viscotrain.trains.sizes import contact
 from viscotrain.words import CONTACT
 
 TOLERANCE = 1e-4  # of Euler's distances in one step, in d; Heun's are far better
 LOGARITHM_TOLERANCE = 0.02  # of its gaps, relative: 1e-3 d when a gap leaves lubrication
+DEEPEST = -600.0  # logarithm of a gap, near the end of what a number can be
 LONGEST_STEP = 2.0  # D/Ubar
 SAFETY, SHRINK, GROW = 0.8, 0.2, 2.0  # limits of the next step's length over the last one's
 
 
-def chain_motion(closure: Closure, gap: NDArray) -> ChainMotion:
-    """Velocities of a train, shape (N,), from its gaps s - 1, shape (N - 1,), trailing first."""
-    free = closure.free_velocities(CONTACT + gap)
+def chain_motion(
+    closure: Closure,
+    gap: NDArray,
+    contact: NDArray | float = CONTACT,
+    drift: NDArray | float = 0.0,
+) -> ChainMotion:
+    """Velocities of a train, shape (N,).
+
+    Args:
+        closure: Of equal spheres.
+        gap: s - c in d, trailing first, shape (N - 1,).
+        contact: Distances c at which spheres touch, in d, of this shape.
+        drift: What diameters add to velocities, in Ubar, shape (N,).
+    """
+    free = closure.free_velocities(contact + gap) + drift
     return lubricate(free, gap, closure.smallest_distance - CONTACT)
 
 
@@ -77,36 +92,47 @@ class Channel:
         closure: Velocities of trains.
         confinement: d/D.
         tolerance: Of Euler's distances in one step, in d.
+        response: U' of `sizes`, in Ubar.
 
     Attributes:
+        contact: Distances at which the spheres in it touch, in d, shape (N - 1,).
+        drift: What their diameters add to velocities, in Ubar, shape (N,).
         fastest: Largest relative velocity of neighbours at the beginning of any step, in Ubar.
     """
 
     closure: Closure
     confinement: float
     tolerance: float = TOLERANCE
+    response: float = 0.0
+    contact: NDArray | float = field(default=CONTACT, init=False)
+    drift: NDArray | float = field(default=0.0, init=False)
     fastest: float = field(default=0.0, init=False)
 
     def __post_init__(self):
         self._trial = LONGEST_STEP  # length of the next step
 
+    def hold(self, deviation: NDArray):
+        """Take spheres that are not equal: their (d_i - d)/d, trailing first, shape (N,)."""
+        self.contact, self.drift = contact(deviation), self.response * deviation
+
     def state(self, z: NDArray) -> NDArray:
         """State of a train, from its positions in D, trailing first."""
-        gap = np.diff(z) / self.confinement - CONTACT
-        return np.concatenate([z[:1], np.log(np.maximum(gap, ROUND_OFF))])
+        return np.concatenate([z[:1], logarithm(np.diff(z) / self.confinement - self.contact)])
 
     def positions(self, y: NDArray) -> NDArray:
         """Positions of a train in D, trailing first."""
-        distances = self.confinement * (CONTACT + np.exp(y[1:]))
+        distances = self.confinement * (self.contact + np.exp(y[1:]))
         return np.concatenate([y[:1], distances]).cumsum()
 
     def motion(self, y: NDArray) -> tuple[NDArray, NDArray]:
         """Velocities of the spheres in Ubar, and dy/dt."""
         if not y.size:
             return y, y
-        gap = np.exp(y[1:])
-        U = chain_motion(self.closure, gap)
-        return U.velocity, np.concatenate([U.velocity[:1], U.relative / (self.confinement * gap)])
+        gap = np.exp(np.maximum(y[1:], DEEPEST))
+        U = chain_motion(self.closure, gap, self.contact, self.drift)
+        rate = U.relative / (self.confinement * gap)
+        rate[(y[1:] < DEEPEST) & (rate < 0)] = 0.0
+        return U.velocity, np.concatenate([U.velocity[:1], rate])
 
     def step(self, y: NDArray, longest: float) -> tuple[Step, NDArray]:
         """One step within the tolerance, not longer than `longest`, and velocities at its start."""
@@ -125,6 +151,11 @@ class Channel:
             # a step cut short by an event says little about the next one
             self._trial = min(LONGEST_STEP, max(duration * factor, self._trial))
             return step, velocity
+
+
+def logarithm(gap: NDArray) -> NDArray:
+    """Of gaps in d, as a state has them: overlap counts as contact."""
+    return np.log(np.maximum(gap, ROUND_OFF))
 
 
 def arrival(way: NDArray, speed: NDArray, whole_way: NDArray, duration: float) -> NDArray:

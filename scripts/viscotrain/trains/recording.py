@@ -12,8 +12,9 @@ It is NaN for a sphere that never shared the channel with the one ahead.
 Units: positions and times in D and D/Ubar, distances and snapshots in d, velocities in Ubar.
 """
 
+import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,8 +24,9 @@ from viscotrain.errors import TrainError
 from viscotrain.table.lubrication import ROUND_OFF
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
-from viscotrain.trains.motion import TOLERANCE, Channel, Step, arrival
-from viscotrain.words import CONTACT, FEWEST_TRAIN_SPHERES
+from viscotrain.trains.motion import TOLERANCE, Channel, Step, arrival, logarithm
+from viscotrain.trains.sizes import EQUAL, Sizes, contact
+from viscotrain.words import FEWEST_TRAIN_SPHERES
 
 SNAPSHOTS = 8
 
@@ -35,23 +37,31 @@ class Record:
 
     Attributes:
         spacing: s* of recorded spheres at stations in d, shape (station, passage).
+        contact: Distance in d at which they touch the sphere ahead, shape (passage,).
+        deviation: (d_i - d)/d of all spheres, in the order in which they entered.
         passage_time: When they passed, in D/Ubar, shape (station, passage).
         snapshot_time: Times of the snapshots in D/Ubar.
         snapshots: Positions in d, trailing first, one array per snapshot.
+        snapshot_deviations: (d_i - d)/d of these spheres.
         entry_time: When each sphere entered, in D/Ubar; the initial ones at 0.
         exit_time: When each sphere that left did so.
         remaining: Spheres in the channel at the end.
         delayed: Injections that had to wait for room, which `injection_law` makes rare.
+        first_recorded: Number of the first recorded sphere in this order.
         duration: Simulated time in D/Ubar.
         fastest: Largest relative velocity of neighbours at any time, in Ubar.
     """
 
     spacing: NDArray
+    contact: NDArray
+    deviation: list[float]
     passage_time: NDArray
     snapshot_time: list[float]
     snapshots: list[NDArray]
+    snapshot_deviations: list[NDArray]
     entry_time: list[float]
     exit_time: list[float]
+    first_recorded: int = 0
     remaining: int = 0
     delayed: int = 0
     duration: float = 0.0
@@ -76,8 +86,19 @@ class Record:
 class _Train:
     """Spheres in the channel and the record they leave; spheres are numbered as they enter."""
 
-    def __init__(self, channel: Channel, stations: NDArray, passages: int, z: NDArray):
+    def __init__(
+        self,
+        channel: Channel,
+        stations: NDArray,
+        passages: int,
+        z: NDArray,
+        diameters: Iterator[float],
+    ):
         self.channel, self.stations, self.z = channel, stations, z
+        self._diameters = diameters
+        entered = [next(diameters) for _ in z]  # the leading one first
+        self.newcomer = next(diameters)  # that of the sphere which enters next
+        self._hold(np.array(entered[::-1]))
         self.y = channel.state(z)
         self.time = 0.0
         self.passed = stations.searchsorted(z, side="right")  # stations behind each sphere
@@ -87,8 +108,20 @@ class _Train:
         self._missing = stations.size * passages
         shape = stations.size, passages
         self.record = Record(
-            np.full(shape, np.nan), np.full(shape, np.nan), [], [], [0.0] * z.size, []
+            spacing=np.full(shape, np.nan),
+            contact=np.full(passages, np.nan),
+            deviation=entered,
+            passage_time=np.full(shape, np.nan),
+            snapshot_time=[],
+            snapshots=[],
+            snapshot_deviations=[],
+            entry_time=[0.0] * z.size,
+            exit_time=[],
         )
+
+    def _hold(self, deviation: NDArray):
+        self.deviation = deviation
+        self.channel.hold(deviation)
 
     @property
     def complete(self) -> bool:
@@ -116,18 +149,25 @@ class _Train:
 
     def inject(self):
         """A new sphere at the inlet."""
-        newcomer = self.channel.state(np.concatenate([[0.0], self.z[:1]]))
-        self.y = np.concatenate([newcomer, self.y[1:]])
+        self._hold(np.concatenate([[self.newcomer], self.deviation]))
+        self.record.deviation.append(self.newcomer)
+        self.newcomer = next(self._diameters)
+        gap = self.z[:1] / self.channel.confinement - self.channel.contact[:1]
+        self.y = np.concatenate([[0.0], logarithm(gap), self.y[1:]])
         self.z = np.concatenate([[0.0], self.z])
         self.passed = np.concatenate([[0], self.passed])
         self.record.entry_time.append(self.time)
         if self.stations[0] == 0.0:
-            distance = CONTACT + np.exp(self.y[1]) if self.y.size > 1 else self.last_distance
+            x, touching = self.y[1:2], self.channel.contact[:1]
+            distance = touching + np.exp(x) if x.size else self.last_distance
             self._write(np.array([0]), np.array([0]), self.time, distance)
             self.passed[0] = 1
 
     def _remove_leading(self):
-        self.last_distance = CONTACT + float(np.exp(self.y[-1])) if self.y.size > 1 else math.nan
+        self.last_distance = math.nan
+        if self.y.size > 1:
+            self.last_distance = float(self.channel.contact[-1] + np.exp(self.y[-1]))
+        self._hold(self.deviation[:-1])
         self.y, self.z, self.passed = self.y[:-1], self.z[:-1], self.passed[:-1]
         self.record.exit_time.append(self.time)
 
@@ -141,7 +181,8 @@ class _Train:
             ahead = np.where(
                 leading, 0, i + 1
             )  # item of the state; any will do for the leading one
-            distance = CONTACT + np.exp(step.state(tau, ahead))
+            touching = np.append(self.channel.contact, math.nan)[i]
+            distance = touching + np.exp(step.state(tau, ahead))
             distance[leading] = self.last_distance
             self._write(station, i, self.time + tau, distance)
             self.passed[i] += 1
@@ -165,6 +206,7 @@ class _Train:
                 return
             z = self.channel.positions(step.state(since))
             taken.append(z / self.channel.confinement)
+            self.record.snapshot_deviations.append(self.deviation)
 
 
 def record_train(
@@ -179,6 +221,7 @@ def record_train(
     rng: np.random.Generator,
     tolerance: float = TOLERANCE,
     snapshot_times: Sequence[float] | NDArray | None = None,
+    sizes: Sizes = EQUAL,
 ) -> Record:
     """Simulate one train until `passages` spheres of the steady state have passed every station.
 
@@ -190,10 +233,12 @@ def record_train(
         length: Length of the channel in D.
         stations: Positions in D, ascending, in [0, length].
         passages: Spheres to record.
-        rng: Source of the initial distances and the injection intervals, in this order.
+        rng: Source of the initial distances and the injection intervals, in this order; a child of
+            it is that of diameters.
         tolerance: Of the distances of Euler's method in one time step, in d.
         snapshot_times: When to take all positions, in D/Ubar after the beginning of the recording,
             ascending; by default `SNAPSHOTS` times, evenly over it. They do not change the train.
+        sizes: How diameters vary.
 
     Raises:
         TrainError: The train does not fit the channel, stations are not as above, or spheres
@@ -207,8 +252,11 @@ def record_train(
         velocity=closure.isolated,
         slowest=closure.slowest,
     )
-    channel = Channel(closure, confinement, tolerance)
-    train = _Train(channel, places, passages, initial_positions(law, closure.isolated, rng))
+    channel = Channel(closure, confinement, tolerance, sizes.response)
+    (own,) = rng.spawn(1)
+    diameters = (sizes.draw(own) for _ in itertools.count())
+    z = initial_positions(law, closure.isolated, rng)
+    train = _Train(channel, places, passages, z, diameters)
     _refuse_short_channel(train, length, volume_fraction)
     if snapshot_times is None:
         snapshot_times = np.arange(SNAPSHOTS) * (passages * law.mean) / SNAPSHOTS
@@ -263,9 +311,12 @@ def _begin_recording(train: _Train, snapshot_times: Iterable):
 
 
 def _time_until_room(train: _Train) -> float:
-    """Time until the trailing sphere is one diameter away from the inlet; 0 if it is."""
+    """Time until the next sphere has room at the inlet; 0 if it has."""
     channel = train.channel
-    missing = channel.confinement - train.z[0] if train.z.size else 0.0
+    if not train.z.size:
+        return 0.0
+    touching = contact(np.array([train.newcomer, train.deviation[0]]))[0]
+    missing = channel.confinement * touching - train.z[0]
     return float(missing / channel.motion(train.y)[0][0]) if missing > ROUND_OFF else 0.0
 
 
@@ -274,6 +325,9 @@ def _closed(train: _Train) -> Record:
     record = train.record
     record.remaining, record.duration = train.z.size, train.time
     record.fastest = train.channel.fastest
+    assert train.first_recorded is not None  # or it would not be complete
+    record.first_recorded = first = train.first_recorded
+    record.contact = contact(np.array(record.deviation[first - 1 : first + record.contact.size]))
     if record.initial + record.injected != record.removed + record.remaining:
         raise TrainError(
             f"{record.initial} initial and {record.injected} injected spheres, but "

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.memory import largest, memory_number, remark
+from viscotrain.table.size_response import UNKNOWN, SizeResponse
 from viscotrain.trains import model_error
 from viscotrain.trains.closures import Velocities, make_closure
 from viscotrain.trains.condition import Condition, baseline, model_errors
 from viscotrain.trains.injection import channel_volume_fraction, feed_volume_fraction
 from viscotrain.trains.recording import SNAPSHOTS, Record
+from viscotrain.trains.sizes import Sizes
 from viscotrain.trains.statistics import MODE, statistics
-from viscotrain.trains.variables import described, rate_in_words, with_errors
+from viscotrain.trains.variables import described, rate_in_words, unequal, with_errors
 from viscotrain.words import DEBORAH_NUMBERS, repeated
 
 TRACKED_SPHERES = 40
@@ -29,6 +31,7 @@ BALANCE = {
     "remaining": "spheres in the channel at the end",
     "delayed": "injections that waited for room",
 }
+VARIATION, RESPONSE = "diameter_variation", "size_response"
 FEED, CHANNEL = "feed_volume_fraction", "volume_fraction"
 SCALARS = {
     "confinement": "sphere over channel diameter",
@@ -39,6 +42,9 @@ SCALARS = {
     "isolated_velocity": "velocity of a single sphere",
     "channel_length": "length of the channel over its diameter",
     "mean_spacing_law": "spacing of an equally spaced train, (2/3) beta^2/phi",
+    VARIATION: "coefficient of variation of the diameters of the spheres",
+    RESPONSE: "change of a sphere's velocity with the logarithm of its diameter, over mean "
+    "velocity; 0 where all are equal",
 }
 
 
@@ -57,6 +63,8 @@ def run_repeats(
     passages: int,
     repeats: int,
     seed: int,
+    diameter_variation: float = 0.0,
+    size_response: SizeResponse = UNKNOWN,
     interpolation_error: float = math.nan,
     attributes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
@@ -64,8 +72,7 @@ def run_repeats(
 
     Args:
         velocities: Velocities of triplets.
-        closure: Name of one of `CLOSURES`, which makes velocities of trains of them.
-        injection: Name of one of `INJECTIONS`, the law of the intervals.
+        closure, injection: Names of one of `CLOSURES` and, law of the intervals, of `INJECTIONS`.
         memory_strength: c De/beta of `closures.WithMemory`, in 1/Ubar.
         confinement: beta = d/D.
         volume_fraction: phi in the channel, or phi_feed.
@@ -76,31 +83,41 @@ def run_repeats(
         passages: Spheres to record in each repeat.
         repeats: Independent trains.
         seed: Seed of all of them.
+        diameter_variation: Coefficient of variation of the diameters.
+        size_response: U' and its error; not looked at where all spheres are equal.
         interpolation_error: That of `model_error.interpolation_error`, in Ubar; NaN: not known.
         attributes: Global attributes.
     """
-    places = np.asarray(stations, dtype=float)
     closed = make_closure(closure, velocities, memory_strength)
     phi = channel_volume_fraction(volume_fraction, closed.isolated) if feed else volume_fraction
-    own = Condition(closed, injection, confinement, phi, length, passages, seed)
-    track_stations = np.linspace(0.0, length, TRACK_STATIONS)
-    everywhere = np.union1d(places, track_stations)
-    records = [own.record(n, places if n else everywhere) for n in range(repeats)]
-    tracks = _tracks(track_stations, _apart(records[0], places, track_stations), confinement)
-    dataset = xr.merge([_results(records, places, own.mean_spacing), tracks])
-    others = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
-    dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
-    dataset = dataset.assign(_scalars(own, centreline_velocity))
+    equal = Condition(closed, injection, confinement, phi, length, passages, seed)
+    own = equal.with_sizes(Sizes(diameter_variation, size_response.value))
+    dataset = _recorded(own, np.asarray(stations, dtype=float), repeats)
+    wrong = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
+    others = own.a_little_wrong(wrong, size_response.error)
+    scalars = _scalars(own, centreline_velocity)
+    dataset = dataset.assign(model_errors(own, dataset, others) | baseline(own) | scalars)
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
+    words = model_error.in_words(interpolation_error, repeated(repeats), "sizes" in others)
     dataset.attrs = dict(attributes or {}) | {
         "seed": seed,
         "closure": closure,
         "memory_strength": memory_strength,
         "injection": injection,
         "given": FEED if feed else CHANNEL,
-        "model_error": model_error.in_words(interpolation_error, repeated(repeats)),
+        "model_error": words,
     }
     return dataset
+
+
+def _recorded(own: Condition, stations: NDArray, repeats: int) -> xr.Dataset:
+    """What all repeats have recorded, with its statistics, and tracks of the first one."""
+    track_stations = np.linspace(0.0, own.length, TRACK_STATIONS)
+    everywhere = np.union1d(stations, track_stations)
+    records = [own.record(n, stations if n else everywhere) for n in range(repeats)]
+    time = _apart(records[0], stations, track_stations)
+    tracks = _tracks(track_stations, time, own.confinement)
+    return xr.merge([_results(records, stations, own.mean_spacing), tracks])
 
 
 def _scalars(own: Condition, centreline_velocity: float) -> dict[str, xr.Variable]:
@@ -114,6 +131,8 @@ def _scalars(own: Condition, centreline_velocity: float) -> dict[str, xr.Variabl
         "isolated_velocity": own.closure.isolated,
         "channel_length": own.length,
         "mean_spacing_law": own.mean_spacing,
+        VARIATION: own.sizes.variation,
+        RESPONSE: own.sizes.response,
     }
     return {name: described(value, [], SCALARS[name]) for name, value in values.items()}
 
@@ -141,7 +160,7 @@ def with_memory_numbers(trains: xr.Dataset) -> xr.Dataset:
 def _results(records: Sequence[Record], stations: NDArray, law: float) -> xr.Dataset:
     """What all repeats have recorded, and its statistics."""
     passages = _passages(records, stations)
-    measures = statistics(passages["spacing"], law)
+    measures = statistics(passages["spacing"], law, passages["contact_distance"])
     return xr.merge([passages, _snapshots(records), _numbers(records), measures])
 
 
@@ -164,6 +183,16 @@ def _passages(records: Sequence[Record], stations: NDArray) -> xr.Dataset:
                 "distance to the sphere ahead over diameter, as the sphere passes the station",
                 comment="where the sphere ahead has left, their last distance in the channel",
             ),
+            "diameter": described(
+                np.stack([_diameters(record) for record in records]),
+                (dims[0], dims[2]),
+                "diameter of the sphere over the mean of all",
+            ),
+            "contact_distance": described(
+                np.stack([record.contact for record in records]),
+                (dims[0], dims[2]),
+                "distance at which it touches the sphere ahead, centre to centre over diameter",
+            ),
             "passage_time": described(
                 np.stack([record.passage_time for record in records]),
                 dims,
@@ -175,6 +204,12 @@ def _passages(records: Sequence[Record], stations: NDArray) -> xr.Dataset:
             "repeat": described(np.arange(len(records)), ["repeat"], "number of the train"),
         },
     )
+
+
+def _diameters(record: Record) -> NDArray:
+    """Of the recorded spheres over the mean diameter, shape (passage,)."""
+    first, passages = record.first_recorded, record.contact.size
+    return 1 + np.array(record.deviation[first : first + passages])
 
 
 def _snapshots(records: Sequence[Record]) -> xr.Dataset:
@@ -300,6 +335,7 @@ def amount(trains: xr.Dataset) -> str:
     return (
         f"phi = {100 * float(trains[CHANNEL]):.3g} % in the channel, "
         f"{100 * float(trains[FEED]):.3g} % in the feed, {trains.attrs['injection']} injection"
+        f"{unequal(trains)}"
     )
 
 

@@ -5,7 +5,8 @@ and half the width of its 95 % confidence interval. The mode is that of all repe
 interval is found by drawing repeats again (`distribution`). What the model may be wrong by is
 another error, `model_error`.
 
-**Strings.** Spheres closer than `TOUCHING` to a neighbour belong to a string with it: a singlet, a
+**Strings.** Spheres closer than `TOUCHING` to a neighbour belong to a string with it (of spheres
+that are not equal, those whose gap is as small as that of equal ones then is): a singlet, a
 doublet, a triplet, .... Shares are those of spheres. Singlets and touching spheres are all; a share
 of touching gaps would be about half of that of touching spheres.
 
@@ -31,6 +32,7 @@ from viscotrain.trains import distribution
 from viscotrain.trains.distribution import BIN_WIDTH, CONFIDENCE
 from viscotrain.trains.injection import InjectionLaw
 from viscotrain.trains.variables import described
+from viscotrain.words import CONTACT
 
 TOUCHING = 1.1  # distance in d below which two spheres count as touching
 EVEN = 0.2  # how far from the mean, as a share of it, a spacing counts as even
@@ -77,19 +79,22 @@ def confidence(values: NDArray) -> tuple[NDArray, NDArray]:
     return mean, quantile * np.std(values, axis=0, ddof=1) / math.sqrt(count)
 
 
-def measures(spacing: NDArray, mean_spacing: float) -> dict[str, NDArray]:
+def measures(
+    spacing: NDArray, mean_spacing: float, contact: NDArray | float = CONTACT
+) -> dict[str, NDArray]:
     """The `MEASURES` of each repeat.
 
     Args:
         spacing: s* in d, shape (repeat, station, passage).
         mean_spacing: That of an equally spaced train, which sets the range of the bins.
+        contact: Distances in d at which these spheres touch, of a shape that fits.
 
     Returns:
         Shapes (repeat, station), or (repeat, station, bin or string length).
     """
     edges = distribution.bin_edges(mean_spacing)
     mean = np.nanmean(spacing, axis=-1)
-    strings = string_shares(spacing)
+    strings = string_shares(spacing - (contact - CONTACT))
     return {
         "spacing_density": distribution.density(spacing, edges),
         "pair_correlation": distribution.pair_correlation(spacing, edges),
@@ -101,12 +106,15 @@ def measures(spacing: NDArray, mean_spacing: float) -> dict[str, NDArray]:
     }
 
 
-def statistics(spacing: xr.DataArray, mean_spacing: float) -> xr.Dataset:
+def statistics(
+    spacing: xr.DataArray, mean_spacing: float, contact: xr.DataArray | None = None
+) -> xr.Dataset:
     """Measures of the spacings at each station, over repeats, and their mode.
 
     Args:
         spacing: s* in d, dims (repeat, station, passage).
         mean_spacing: That of an equally spaced train, which sets the range of the bins.
+        contact: Distances in d at which these spheres touch, dims (repeat, passage); None: 1.
 
     Returns:
         The `MEASURES` and spacing_mode over the station, and spacing_bin or string_length, each
@@ -114,7 +122,10 @@ def statistics(spacing: xr.DataArray, mean_spacing: float) -> xr.Dataset:
     """
     s = spacing.transpose("repeat", "station", "passage").values
     variables: dict[str, xr.Variable] = {}
-    found = measures(s, mean_spacing)
+    touch: NDArray | float = CONTACT
+    if contact is not None:
+        touch = contact.transpose("repeat", "passage").values[:, None]
+    found = measures(s, mean_spacing, touch)
     for name, values in found.items():
         average, halfwidth = confidence(values)
         variables |= _with_halfwidth(name, average, halfwidth, ", mean over repeats")
@@ -218,7 +229,13 @@ def _share(condition: NDArray, spacing: NDArray) -> NDArray:
     return condition.sum(axis=-1) / np.isfinite(spacing).sum(axis=-1)
 
 
-def touching(z: NDArray, confinement: float) -> NDArray:
-    """Which of the spheres at z (in D, ascending) are closer than `TOUCHING` to a neighbour."""
-    near = np.diff(z) < TOUCHING * confinement
+def touching(z: NDArray, confinement: float, contact: NDArray | float = CONTACT) -> NDArray:
+    """Which of the spheres at z (in D, ascending) are closer than `TOUCHING` to a neighbour.
+
+    Args:
+        z: Positions in D, ascending, shape (N,).
+        confinement: d/D.
+        contact: Distances of neighbours in contact, in d, shape (N - 1,).
+    """
+    near = np.diff(z) < (TOUCHING + (contact - CONTACT)) * confinement
     return np.concatenate([[False], near]) | np.concatenate([near, [False]])

@@ -16,6 +16,12 @@ def rate_in_words(rate: float) -> str:
     return f"{rate:.0f}" if rate >= 100 else f"{rate:.3g}"
 
 
+def unequal(data: xr.Dataset) -> str:
+    """How much the diameters of a train's spheres vary, after a comma; empty if they do not."""
+    variation = 100 * float(data["diameter_variation"])
+    return f", diameters vary by {variation:.3g} %" if variation > 0 else ""
+
+
 def with_errors(
     dataset: xr.Dataset, name: str, decimals: int, factor: float = 1.0, between: str = " +- "
 ) -> str:
