@@ -168,14 +168,14 @@ def _with_errors(row) -> str:
 
 def _limits(best: pd.Series, device: Device) -> list[str]:
     """Why the best condition is not better."""
-    length, l = device.wanted.length, best["ordering_length_D"]
+    length, ordering = device.wanted.length, best["ordering_length_D"]
     lines = []
-    if not math.isfinite(l):
+    if not math.isfinite(ordering):
         lines.append("closeness: an evenly spaced train of this spacing does not order")
     else:
-        short = "longer than" if l > LONG * length else "within"
+        short = "longer than" if ordering > LONG * length else "within"
         lines.append(
-            f"length: neighbours even out along {device.centimetres(l):.3g} cm ({l:.4g} D), "
+            f"length: neighbours even out along {device.centimetres(ordering):.3g} cm ({ordering:.4g} D), "
             f"{short} the channel of {device.centimetres(length):.3g} cm"
         )
     if device.variation:
@@ -209,6 +209,7 @@ def _remedies(best: pd.Series, remedies: Mapping[str, xr.Dataset], device: Devic
 def _notes(device: Device) -> list[str]:
     law = device.wanted.injection
     return [
-        f"Beads enter by the {law} law, on the axis; errors are of sampling (95 %) and of the model",
+        f"Beads enter by the {law} law, on the axis",
+        "Errors are of sampling (95 %), and of the model: the table and the closure",
         "A train counts by the coefficient of variation (CV) of the distances of neighbours",
     ]
