@@ -64,7 +64,7 @@ def _nothing(deborah: float, why: str) -> xr.Dataset:
 def remedies(
     settings: TrainsSettings, velocities: VelocityTable, deborah: float, volume_fraction: float
 ) -> dict[str, xr.Dataset]:
-    """Trains of one condition in a channel twice as long, and of beads that vary half as much."""
+    """Trains of one condition in a longer channel, of beads more equal, or that enter evenly."""
     longer: dict[str, Any] = {
         "length": 2 * settings.length,
         "stations": tuple(2 * z for z in settings.stations),
@@ -73,6 +73,8 @@ def remedies(
     if settings.diameter_variation > 0:
         half = {"diameter_variation": settings.diameter_variation / 2}
         changes["beads that vary half as much"] = half
+    if settings.injection != "even":
+        changes["beads that enter evenly, behind a device that spaces them"] = {"injection": "even"}
     return {
         name: train_runs.simulate(
             settings.model_copy(update=change), velocities, deborah, volume_fraction

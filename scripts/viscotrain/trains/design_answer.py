@@ -11,11 +11,15 @@ import xarray as xr
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.trains.design import BEST, NO, PARTLY_YES, YES
 from viscotrain.trains.occupancy import RANDOM_BEST
+from viscotrain.trains.order import law
 from viscotrain.trains.tolerance import Wanted
 from viscotrain.trains.variables import rate_in_words
 
 LONG = 1.0  # ordering lengths that a channel should have
 LARGER = 1.25  # of a diameter that is tried
+# l in D goes with beta to this power, from d/D = 0.1 to 0.4 at De = 5; at De = 1 it is -2.8
+# (config/confinement.yaml, docs/confinement.md).
+ORDERING_POWER = -2.1
 
 
 class Device(NamedTuple):
@@ -196,8 +200,15 @@ def _limits(best: pd.Series, device: Device) -> list[str]:
 
 
 def _remedies(best: pd.Series, remedies: Mapping[str, xr.Dataset], device: Device) -> list[str]:
-    """Other devices for the same flow and feed, the one with the least CV first."""
+    """Other devices for the same flow and mean spacing, the one with the least CV first."""
     found = []
+    ordering, length = best["ordering_length_D"], device.wanted.length
+    if math.isfinite(ordering) and device.variation == 0:
+        now, then = (law(length, ordering * LARGER**power) for power in (0, ORDERING_POWER))
+        after = float(best["variation"] * then / now)
+        words = f"beads {LARGER:g} times as large, at the same De (an estimate: l ~ (d/D)^"
+        words += f"{ORDERING_POWER:g}): CV {best['variation']:.3f} -> {after:.2f}"
+        found.append((after, words))
     for name, train in remedies.items():
         outlet = train.isel(station=-1)
         after = float(outlet["spacing_variation"])
