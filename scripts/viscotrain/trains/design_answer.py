@@ -203,11 +203,13 @@ def _remedies(best: pd.Series, remedies: Mapping[str, xr.Dataset], device: Devic
     """Other devices for the same flow and mean spacing, the one with the least CV first."""
     found = []
     ordering, length = best["ordering_length_D"], device.wanted.length
-    if math.isfinite(ordering) and device.variation == 0:
+    if math.isfinite(ordering):
         now, then = (law(length, ordering * LARGER**power) for power in (0, ORDERING_POWER))
         after = float(best["variation"] * then / now)
         words = f"beads {LARGER:g} times as large, at the same De (an estimate: l ~ (d/D)^"
-        words += f"{ORDERING_POWER:g}): CV {best['variation']:.3f} -> {after:.2f}"
+        words += (
+            f"{ORDERING_POWER:g}, their variation aside): CV {best['variation']:.3f} -> {after:.2f}"
+        )
         found.append((after, words))
     for name, train in remedies.items():
         outlet = train.isel(station=-1)
