@@ -13,6 +13,7 @@ from viscotrain.drawing import design_page
 from viscotrain.jobs import datasets, drawings
 from viscotrain.jobs.entry import (
     Duct,
+    Flow,
     Job,
     Table,
     Trains,
@@ -20,12 +21,10 @@ from viscotrain.jobs.entry import (
     folder_of,
     made,
     run,
-    taken,
 )
 from viscotrain.studies import design_runs
 from viscotrain.table.drift import open_table
 
-Flow = Annotated[Path, taken("flow without spheres, of channel_flow.py")]
 Text = Annotated[Path, made("text file to write")]
 Csv = Annotated[Path, made("CSV file of all conditions")]
 Page = Annotated[Path, made("page to write")]

@@ -21,6 +21,10 @@ from viscotrain.table.assembly import combine
 hypothesis.settings.register_profile(
     "busy", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
 )
+# By request, `--hypothesis-profile thorough`: for tests that say that they have more to try.
+hypothesis.settings.register_profile(
+    "thorough", hypothesis.settings.get_profile("busy"), max_examples=10_000
+)
 hypothesis.settings.load_profile("busy")
 
 

@@ -3,6 +3,7 @@
 import re
 import tomllib
 
+import lowest_versions
 import pytest
 import yaml
 from harness import FINISHED_TABLE, PARTS, ROOT
@@ -57,3 +58,14 @@ def test_profiles_say_only_what_snakemake_knows():
     for path in ROOT.glob("profiles/*/profile.yaml"):
         keys = yaml.safe_load(path.read_text(encoding="utf-8"))
         assert [key for key in keys if f"--{key}" not in known] == []
+
+
+def test_lowest_versions_are_those_of_all_requirements():
+    project = {
+        "dependencies": ["a>=1.2", "b-c[extra]>=3"],
+        "optional-dependencies": {"test": ["d==4.5.post1"]},
+    }
+    assert list(lowest_versions.constraints(project)) == ["a==1.2", "b-c==3", "d==4.5.post1"]
+    project["dependencies"].append("e")
+    with pytest.raises(ValueError, match=r"found 'e'; allowed: name>=version"):
+        list(lowest_versions.constraints(project))

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from synthetic import SINGLE, at_deborah, triplet
 
-from viscotrain.config.settings import FiguresSettings
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+)
 from viscotrain.drawing import figures, train_figures
+from viscotrain.files import MADE_HERE
 from viscotrain.jobs import datasets
 from viscotrain.trains import measured
 from viscotrain.trains.repeats import run_repeats
@@ -65,8 +68,8 @@ def test_without_measured_spacings_the_figure_is_as_it_was(trains):
 
 def test_a_file_of_measured_spacings_reaches_the_figure(trains, compared, tmp_path):
     train, seen = tmp_path / "train.nc", tmp_path / "measured.nc"
-    datasets.write(trains, train)
-    datasets.write(compared, seen)
+    datasets.write(trains.assign_attrs({MADE_HERE: "0123"}), train)
+    datasets.write(compared.assign_attrs({MADE_HERE: "0123"}), seen)
     settings = FiguresSettings(confinement=0.2)
     for name in ("spacing_De1_phi0.01", "strings_De1_phi0.01"):
         drawing = figures.draw_with(settings, name, train, None, seen)

@@ -1,10 +1,13 @@
 """The interactive page and Snakemake's report: what they hold, and that a browser shows them."""
 
+import base64
+import hashlib
 import itertools
 import json
 import re
 import shutil
 import subprocess
+from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -161,6 +164,76 @@ def test_page_runs_in_a_browser(train, tmp_path):
     assert shown.count('class="js-plotly-plot"') == 4
     assert "L = 10 D (0.1 cm)" in shown
     assert 'src="http' not in text.split("</script>")[-1]
+
+
+HOSTILE = (
+    "</title></script><script>document.body.id='run'</script><!-- <img src=x onerror=a()> é\u2028"
+)
+
+
+class Elements(HTMLParser):
+    """What a browser would make of a page: elements with their attributes, and scripts."""
+
+    def __init__(self, page: str):
+        super().__init__()
+        self.found: list[tuple[str, dict]] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+
+def hostile_page(train) -> str:
+    """The page of files whose every text wants to be run."""
+    table = velocity_table()
+    table.attrs |= {"source": HOSTILE, "history": HOSTILE}
+    attributes = dict.fromkeys(train.attrs, HOSTILE)
+    return interactive.page(table, UNITS, [train.assign_attrs(attributes)], HOSTILE)
+
+
+def test_no_text_of_a_file_becomes_an_element(train):
+    pages = [interactive.page(velocity_table(), UNITS, [train], "test"), hostile_page(train)]
+    plain, hostile = (Elements(page).found for page in pages)
+    assert [tag for tag, _ in hostile] == [tag for tag, _ in plain]
+    assert HOSTILE in data_of(pages[1])["trains"][0]["entry"]
+    assert pages[1].count("<script") == pages[0].count("<script")
+
+
+def test_page_asks_for_nothing_and_its_policy_knows_its_scripts(train):
+    page = hostile_page(train)
+    elements = Elements(page).found
+    asking = {"src", "href", "action", "data", "srcset", "poster", "formaction"}
+    assert not [found for found in elements if asking & found[1].keys()]
+    assert "@import" not in page.partition("</style>")[0]
+    (policy,) = (
+        of["content"] for _, of in elements if of.get("http-equiv") == "Content-Security-Policy"
+    )
+    rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+    assert rules["default-src"] == "'none'"
+    assert "unsafe" not in rules["script-src"]
+    scripts = re.findall(r"<script>(.*?)</script>", page, re.DOTALL)
+    assert len(scripts) == 2
+    known = [base64.b64encode(hashlib.sha256(own.encode()).digest()).decode() for own in scripts]
+    assert rules["script-src"] == " ".join(f"'sha256-{digest}'" for digest in known)
+    assert page.index("Content-Security-Policy") < page.index("<script")
+
+
+@needs_chromium
+@pytest.mark.slow
+def test_a_browser_runs_no_script_but_those_of_the_page(train, tmp_path):
+    """Hostile text is shown as it is; a script that is smuggled in all the same is not run."""
+    path = tmp_path / "page.html"
+    smuggled = "<script>document.body.id='run'</script></body>"
+    for text, complaints in (
+        (hostile_page(train), 0),
+        (hostile_page(train).replace("</body>", smuggled), 1),
+    ):
+        path.write_text(text, encoding="utf-8")
+        shown, console = opened(path)
+        assert len(console) == complaints, console
+        assert all("Content Security Policy" in line for line in console)
+        assert shown.count('class="js-plotly-plot"') == 4
+        assert 'id="run"' not in shown
 
 
 @needs_chromium

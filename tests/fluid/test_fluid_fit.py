@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import re
+import time
 
 import numpy as np
 import pytest
@@ -411,6 +412,31 @@ WRONG = {
         4,
         "viscosity: found 'high'; allowed: a finite number",
     ),
+    "formula": (
+        "shear_rate,viscosity\n1,=A1*2\n2,3\n",
+        2,
+        "viscosity: found '=A1*2'; allowed: a finite number",
+    ),
+    "formula with commas": (
+        'shear_rate,viscosity\n1,"=SUM(A1,B1)"\n2,3\n',
+        2,
+        "viscosity: found '=SUM(A1,B1)'; allowed: a finite number",
+    ),
+    "a line without an end": (
+        "shear_rate,viscosity\n1," + "9" * 200_000 + "\n",
+        2,
+        "not comma-separated: field larger than field limit",
+    ),
+    "a name without an end": (
+        "shear_rate," + "viscosity" * 1000 + "\n1,2\n",
+        1,
+        "unknown column 'viscosityviscosityviscosityviscosity...",
+    ),
+    "control characters": (
+        "shear_rate,viscosity\n1,\x1b[2J\n",
+        2,
+        r"viscosity: found '\x1b[2J'; allowed: a finite number",
+    ),
     "decimal comma": (
         SHEAR + '"1,5",2\n',
         2,
@@ -639,6 +665,26 @@ def test_data_are_relative_to_the_config_file(tmp_path, monkeypatch):
     assert data_files(study, tmp_path / "config" / "x.yaml") == ["../config/a.csv"]
     with pytest.raises(ConfigError, match=r"fluid\.data\[0\]: there is no file a\.csv; allowed"):
         data_files(study, tmp_path / "run" / "x.yaml")
+
+
+def test_excel_files_are_read(tmp_path):
+    """A byte order mark, and the line ends of Windows."""
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"\xef\xbb\xbfshear_rate,viscosity\r\n1,2\r\n3,1\r\n")
+    assert list(measurements.read([path])["measured"]) == [2, 1]
+    path.write_bytes("shear_rate,viscosity\n1,2\n".encode("utf-16"))
+    with pytest.raises(DataError, match="line 1: found the byte 0xff; allowed: UTF-8 text"):
+        measurements.read([path])
+
+
+def test_a_huge_file_is_not_read(tmp_path):
+    path = tmp_path / "huge.csv"
+    with path.open("wb") as file:
+        file.truncate(100_000_000)
+    started = time.process_time()
+    with pytest.raises(DataError, match="found 100 MB; allowed: at most 1 MB"):
+        measurements.read([path])
+    assert time.process_time() - started < 0.1
 
 
 def test_the_example_is_fitted_and_says_that_it_is_synthetic():

@@ -121,6 +121,10 @@ def test_configs_of_draws_are_studies_at_the_same_flow_rates(found):
         mine = drawn.fluid.physical()
         assert mine.solvent_viscosity == pytest.approx(fluids[number].solvent_viscosity, rel=1e-3)
         assert drawn.channel == known.channel
+    swept = own.model_copy(update={"config": own.config | {"study": "mine/beta0.2"}, "draws": 1})
+    assert (
+        yaml.safe_load(next(fit_spread.configs(fluids, swept)))["study"] == "mine_beta0_2_draw_01"
+    )
 
 
 def test_a_newtonian_fluid_has_draws_without_elasticity(tmp_path):

@@ -11,6 +11,7 @@ from synthetic import SINGLE, at_deborah, superposed, triplet
 
 from viscotrain.config.reading import load_study, measured_file
 from viscotrain.errors import ConfigError, DataError
+from viscotrain.files import MADE_HERE
 from viscotrain.fluid.csv_files import MOST_PROBLEMS
 from viscotrain.jobs import datasets
 from viscotrain.trains import measured, spacings_file
@@ -217,7 +218,7 @@ def test_the_script_compares_the_file_with_its_trains(tmp_path):
     config.write_text(config.read_text("utf-8").replace("length: 20}", "length: 40}"), "utf-8")
     source = written(tmp_path, "station,spacing,volume_fraction\n40,2.5,0.01\n40,3.5,\n")
     train, result = tmp_path / "train.nc", tmp_path / "measured.nc"
-    datasets.write(trains(repeats=2), train)
+    datasets.write(trains(repeats=2).assign_attrs({MADE_HERE: "0123"}), train)
     done = run_script("measured.py", "--configfile", config, source, train, result)
     assert "at z = 40 D: 2 measured spacings, mean 3.00 d" in output(done)
     assert xr.load_dataset(result)["measured_count"].values.tolist() == [0, 2]

@@ -5,9 +5,11 @@ files; results go to the working directory. One small study is really finished, 
 to repeat a job rests on records that only a finished job leaves.
 """
 
+import math
 import re
 import shutil
 
+import pandas as pd
 import pytest
 import xarray as xr
 import yaml
@@ -27,6 +29,7 @@ AFTER_DNS = {
     "design_points": 1,
     "design_map": 1,
     "order": 1,
+    "operating_conditions": 1,
     "diameter_variation": 1,
     "encapsulation": 1,
     "velocity_figures": 1,
@@ -41,7 +44,8 @@ AFTER_DNS = {
 
 
 COMPUTED = sorted(
-    {path.name for path in CONFIG.glob("*.yaml")} - {"study_trains.yaml", "confinement.yaml"}
+    {path.name for path in CONFIG.glob("*.yaml")}
+    - {"study_trains.yaml", "confinement.yaml", "square.yaml"}
 )
 
 
@@ -53,10 +57,17 @@ def test_trains_of_the_study_need_no_simulation(planned):
     assert not {"dns", "field", "table", "film", "design_points"} & set(jobs)
 
 
+def test_a_square_channel_needs_no_simulation_either(planned):
+    jobs, geometries = planned("--configfile", "config/square.yaml")
+    assert not geometries
+    expected = {"given_table": 1, "channel_flow": 1, "operating_conditions": 1, "trains": 2}
+    assert expected.items() <= jobs.items()
+
+
 @pytest.mark.parametrize("config", COMPUTED)
 def test_every_shipped_config_has_a_plan(config, planned):
     study = load_study(CONFIG / config)
-    number_of_trains = len(study.trains.deborah) * len(study.trains.fractions)
+    number_of_trains = len(study.train_deborahs) * len(study.trains.fractions)
     triplets = (len(study.table.sp) - 1) ** 2
     jobs, geometries = planned("--configfile", f"config/{config}")
     assert jobs == AFTER_DNS | {
@@ -69,6 +80,7 @@ def test_every_shipped_config_has_a_plan(config, planned):
         "study_figures": 1,
         "study_config": 1,
         "units": 1,
+        "channel_flow": 1,
         "field": 1,
         "other_diameter": 4,
     }
@@ -336,10 +348,41 @@ def test_other_trains_simulate_no_flow(finished):
         "study_config": 1,
         "study_figures": 1,
         "train_figures": 1,
+        "operating_conditions": 1,
         "interactive": 1,
         "summary": 1,
         "all": 1,
     }
+
+
+@pytest.mark.slow
+def test_a_square_channel_takes_the_flows_of_the_tube_and_says_so(finished):
+    """The same triplets; trains, flow rate and pressure are the square's, and all say so."""
+    before = xr.load_dataset(finished.folder / "results/small/trains/De1_phi0.01.nc")
+    square = {"shape": "square", "side": SMALL["channel"]["diameter"], "length": 20}
+    config = finished.configured(SMALL | {"channel": square})
+    jobs, _ = finished.plan("--configfile", config)
+    assert not {"dns", "field", "table"} & set(jobs)
+    assert {"trains", "design_points", "film", "order", "channel_flow"} <= set(jobs)
+    done = finished.snakemake("--cores", "2", "--configfile", config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = finished.folder / "results" / "small"
+    said = "square duct: interactions are those of the inscribed tube"
+    for name in ("order/order", "design_map/design_map", "trains/De1_phi0.01", "channel_flow"):
+        assert xr.load_dataset(results / f"{name}.nc").attrs["channel"] == said, name
+    for name in ("summary.txt", "interactive.html"):
+        assert said in (results / name).read_text(encoding="utf-8"), name
+    train = xr.load_dataset(results / "trains/De1_phi0.01.nc")
+    flow = xr.load_dataset(results / "channel_flow.nc").sel(deborah=1)
+    law = float(train["mean_spacing_law"] / before["mean_spacing_law"])
+    assert law == pytest.approx(math.pi / 4)
+    faster = float(train["isolated_velocity"] - before["isolated_velocity"])
+    drift = float(flow["centreline_velocity"] - before["centreline_velocity"])
+    assert faster == pytest.approx(drift, abs=1e-12) and 0.05 < drift < 0.15
+    rows = pd.read_csv(results / "operating_conditions.csv")
+    assert len(rows) == 2  # that of the trains is one of the map
+    Q = 1 * 100e-6 / 0.0752 * 100e-6**2 * 60e9
+    assert rows["flow_rate_uL_min-1"].to_numpy() == pytest.approx(Q)
 
 
 @pytest.mark.slow
@@ -426,6 +469,7 @@ def test_code_of_the_physics_repeats_every_simulation(finished):
 
 PHYSICAL = {"units": 1, "study_config": 1, "design_map": 1, "movies": 1, "order": 1}
 PHYSICAL |= {"interactive": 1, "train_figures": 1, "encapsulation": 1}
+PHYSICAL |= {"operating_conditions": 1}
 PHYSICAL |= {"summary": 1, "all": 1}
 
 

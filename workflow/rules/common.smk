@@ -22,36 +22,23 @@ from viscotrain.config.names import (
     sphere_name,
     train_name,
 )
-from viscotrain.config.reading import (
-    data_files,
-    fitted_fluid_file,
-    measured_file,
-    read_yaml,
-    table_file,
-)
-from viscotrain.config.sweep import beta_name, config_of, parse_studies
+from viscotrain.config.reading import check_verification, fitted_fluid_file
+from viscotrain.config.sweep import beta_name, config_of
 from viscotrain.errors import ConfigError
-from viscotrain.jobs import grouping, resources
+from viscotrain.jobs import grouping, intake, resources
 from viscotrain.jobs.digests import digest
 
 # ------------------------------------------------------------------------------------ the study
 
-# Work in a job of several geometries: a matter of the machine, so its profile says it.
-JOB_MINUTES = config.pop("job_minutes", grouping.MINUTES)
-
 try:
-    STUDIES = parse_studies(
-        config,
-        source=", ".join(map(str, workflow.configfiles)),
-        known_problems=[
-            line for path in workflow.configfiles for line in read_yaml(path)[1]
-        ],
+    # Work in a job of several geometries: a matter of the machine, so its profile says it.
+    JOB_MINUTES = intake.minutes_of_a_job(config, grouping.MINUTES)
+    config.pop("job_minutes", None)
+    STUDIES, MEASURED, GIVEN_TABLE, MEASURED_SPACINGS = intake.read(
+        config, workflow.configfiles
     )
     # The only one; or the first of a sweep, for what they share.
     STUDY = STUDIES[0]
-    MEASURED = data_files(STUDY, workflow.configfiles[-1])
-    GIVEN_TABLE = table_file(STUDY, workflow.configfiles[-1])
-    MEASURED_SPACINGS = measured_file(STUDY, workflow.configfiles[-1])
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
@@ -61,10 +48,14 @@ LOGS = f"{RESULTS}/logs"
 FIGURES = f"{RESULTS}/figures"
 TABLE = f"{RESULTS}/table/velocity_table.nc"
 UNITS = f"{RESULTS}/units.nc"
+CHANNEL_FLOW = f"{RESULTS}/channel_flow.nc"
+CONDITIONS = f"{RESULTS}/operating_conditions.nc"
 CHECKS = f"{RESULTS}/verification"
 ENVIRONMENT = "../../envs/viscotrain.yaml"
 # What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.
 FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
+# What moves spheres of a duct on, and nothing for a tube, which is what is simulated.
+DUCT = {"duct": CHANNEL_FLOW} if STUDY.channel.section.is_duct else {}
 FIT = {"source": f"{RESULTS}/fluid_fit/fit.nc"} if MEASURED else {}
 NUMBER_OF_DRAWS = STUDY.fluid.fit.draws if MEASURED else 0
 SPREAD = [f"{RESULTS}/fit_spread/fit_spread.nc"] if NUMBER_OF_DRAWS else []
@@ -101,11 +92,11 @@ else:
 SINGLE_SPHERES = [
     ("dns", sphere_name(ratio)) for ratio in diameter_ratios(STUDY) if not GIVEN_TABLE
 ]
-DNS_JOBS = grouping.jobs(STUDY, float(JOB_MINUTES))
+DNS_JOBS = grouping.jobs(STUDY, JOB_MINUTES)
 
 TRAINS = [
     train_name(De, phi, STUDY.trains.feed)
-    for De in STUDY.trains.deborah
+    for De in STUDY.train_deborahs
     for phi in STUDY.trains.fractions
 ]
 MOVIES = [train_name(*train, STUDY.trains.feed) for train in STUDY.movie_conditions()]
@@ -139,7 +130,7 @@ ALL_FIGURES = [
 
 CHECK = STUDY.verification
 START_UPS = [point_name(point.sp, point.sf, point.deborah) for point in CHECK.transient]
-CLOSURE_DEBORAHS = [number_name(De) for De in CHECK.closure.deborah]
+CLOSURE_DEBORAHS = [number_name(De) for De in STUDY.closure_deborahs]
 CLOSURE_GAPS = [number_name(gap) for gap in CHECK.closure.gaps if CLOSURE_DEBORAHS]
 TRIPLETS = [
     geometry_name(triplet.sp, triplet.sf) for triplet in CHECK.convergence.geometries
@@ -265,6 +256,15 @@ def simulating(names, most=8):
     shown = new or names
     more = f" and {len(shown) - most} more" if len(shown) > most else ""
     return f"Simulating {', '.join(shown[:most])}{more}"
+
+
+def verifiable(wildcards):
+    """No file; an error if the section asks for what this study cannot give."""
+    try:
+        check_verification(STUDY, ", ".join(map(str, workflow.configfiles)))
+    except ConfigError as error:
+        raise WorkflowError(str(error)) from None
+    return []
 
 
 # ----------------------------------------------------------------------------------- resources

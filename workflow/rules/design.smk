@@ -9,9 +9,7 @@ rule design_trains:
         table=TABLE,
         units=UNITS,
     output:
-        trains=[
-            f"{RESULTS}/design/De{{deborah}}_{name}.nc" for name in DESIGN_TRAINS
-        ],
+        trains=[f"{RESULTS}/design/De{{deborah}}_{name}.nc" for name in DESIGN_TRAINS],
     log:
         f"{LOGS}/design/De{{deborah}}.log",
     conda:

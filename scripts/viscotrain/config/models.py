@@ -7,17 +7,20 @@ default stand. What a single key may hold stands in the models, what keys must a
 Nothing in this room imports NGSolve or numpy: the workflow reads it for every job.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import Field, WithJsonSchema, model_serializer
+from pydantic import model_serializer
 
 from viscotrain.config.keys import (
+    LONGEST_TIME,
+    SHORTEST_TIME,
     DeborahNumber,
     Distance,
     FiniteDistance,
     KnownMobility,
     KnownTime,
     ListOf,
+    PathText,
     Section,
     key,
 )
@@ -28,8 +31,16 @@ from viscotrain.fluid.parameters import Fluid, Mode
 class ModeConfig(Section):
     """One Giesekus mode of the fluid."""
 
-    viscosity: float = key("polymer viscosity of the mode", symbol="eta_k", unit="Pa s", gt=0)
-    relaxation_time: float = key("relaxation time of the mode", symbol="lambda_k", unit="s", gt=0)
+    viscosity: float = key(
+        "polymer viscosity of the mode", symbol="eta_k", unit="Pa s", ge=1e-6, le=10**8
+    )
+    relaxation_time: float = key(
+        "relaxation time of the mode",
+        symbol="lambda_k",
+        unit="s",
+        ge=SHORTEST_TIME,
+        le=LONGEST_TIME,
+    )
     mobility: float = key(
         "Giesekus mobility of the mode; 0 is Oldroyd-B", symbol="alpha_k", unit="1", ge=0, lt=1
     )
@@ -77,22 +88,31 @@ class FluidConfig(Section):
         symbol="eta_s",
         unit="Pa s",
         default=None,
-        gt=0,
+        ge=1e-6,
+        le=10**8,
         rule="required unless data are given",
     )
     modes: ListOf[ModeConfig] | None = key(
         "Giesekus modes in any order; an empty list is a Newtonian fluid",
         default=None,
+        max_length=10,
         rule="required unless data are given",
     )
-    data: ListOf[str] | None = key(
+    data: ListOf[PathText] | None = key(
         "CSV files of measured moduli, viscosities and normal stress differences, relative to the "
         "config file, to which the fluid is fitted; columns below",
         default=None,
         min_length=1,
-        allowed="list of paths, at least 1, none twice, in place of modes",
+        allowed="list of paths without braces, at least 1, none twice, in place of modes",
     )
     fit: FluidFitConfig = FluidFitConfig()
+    density: float = key(
+        "density of the fluid, for its Reynolds number; the default is that of water",
+        symbol="rho",
+        unit="kg/m^3",
+        default=1000.0,
+        gt=0,
+    )
 
     @model_serializer(mode="wrap")
     def _as_written(self, serialize) -> dict[str, Any]:
@@ -115,43 +135,6 @@ class FluidConfig(Section):
         return Fluid(self.solvent_viscosity, tuple(modes))
 
 
-class ChannelConfig(Section):
-    """The cylindrical channel."""
-
-    diameter: float = key("inner diameter of the channel", symbol="D", unit="m", gt=0)
-    length: float = key("length of the channel", symbol="L", unit="D", gt=0)
-
-
-_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
-# One number here; a config with several of them is several studies, see `sweep`.
-Diameter = Annotated[
-    float,
-    Field(gt=0),
-    WithJsonSchema(_POSITIVE | {"type": ["number", "array"], "items": _POSITIVE, "minItems": 2}),
-]
-
-
-class ParticleConfig(Section):
-    """The spheres: all equal, or of diameters that vary about a mean."""
-
-    diameter: Diameter = key(
-        "mean diameter of the spheres, less than channel.diameter; of several, everything is made "
-        "for each in `results/<study>/beta<d/D>/`, and compared",
-        symbol="d",
-        unit="m",
-        allowed="number > 0, or list of at least 2 of them, ascending",
-    )
-    diameter_variation: float = key(
-        "coefficient of variation of the diameters in trains: normally distributed, cut at three "
-        "standard deviations. A sphere's velocity follows its diameter to first order; 0 = all "
-        "equal",
-        unit="1",
-        default=0.0,
-        ge=0,
-        le=0.1,
-    )
-
-
 class DeborahConfig(Section):
     """The Deborah numbers of the study."""
 
@@ -160,6 +143,7 @@ class DeborahConfig(Section):
         symbol="De",
         unit="1",
         min_length=1,
+        max_length=100,
         rule="ascending",
     )
     definition: Literal["longest_mode", "mean_relaxation_time"] = key(
@@ -172,11 +156,11 @@ class DeborahConfig(Section):
 class TableConfig(Section):
     """The grid of triplets whose velocities are computed, or a finished table."""
 
-    file: str | None = key(
+    file: PathText | None = key(
         "a finished velocity_table.nc, relative to the config file, in place of simulations; it "
         "must be of the same fluid and d/D, and have the Deborah numbers",
         default=None,
-        allowed="path, in place of the distances",
+        allowed="path without braces, in place of the distances",
     )
     sp: ListOf[Distance] = key(
         "distances of the middle sphere to the trailing one, centre to centre; "
@@ -185,6 +169,7 @@ class TableConfig(Section):
         unit="d",
         default=(),
         min_length=2,
+        max_length=128,
         rule="ascending, the last one .inf; required without file",
     )
     sf: ListOf[Distance] = key(
@@ -194,6 +179,7 @@ class TableConfig(Section):
         unit="d",
         default=(),
         min_length=2,
+        max_length=128,
         rule="ascending, the last one .inf; required without file",
     )
     pair: ListOf[FiniteDistance] | None = key(
@@ -217,11 +203,33 @@ class TableConfig(Section):
         "a cell of its own (so never more than the grid has cells); 0 switches it off",
         default=3,
         ge=0,
+        le=10_000,
     )
     max_holes: int = key(
         "points (De, sp, sf) that may be missing from the table before the table step fails",
         default=0,
         ge=0,
+        le=1_000_000,
+    )
+
+
+class BudgetConfig(Section):
+    """What a run may take before it is refused, with the estimate, in place of being begun."""
+
+    core_hours: float = key(
+        "time on one core, of all simulations, trains, maps and movies together, up to which a "
+        "study is run",
+        unit="h",
+        default=200.0,
+        gt=0,
+        le=10_000_000,
+    )
+    gigabytes: float = key(
+        "size of all results, up to which a study is run",
+        unit="GB",
+        default=50.0,
+        gt=0,
+        le=1_000_000,
     )
 
 
@@ -229,29 +237,39 @@ class TransientConfig(Section):
     """Start-up from fluid at rest, with spheres that move."""
 
     duration: float = key(
-        "time after which the start-up is over", unit="lambda_1", default=10.0, gt=0
+        "time after which the start-up is over", unit="lambda_1", default=10.0, gt=0, le=1000
     )
-    first_step: float = key("first time step", unit="lambda_1", default=1e-3, gt=0, le=1)
+    first_step: float = key("first time step", unit="lambda_1", default=1e-3, ge=1e-9, le=1)
     common_tolerance: float = key(
         "error of one time step in the velocity that all spheres share",
         unit="Ubar",
         default=2e-4,
-        gt=0,
+        ge=1e-9,
+        le=0.1,
     )
     relative_tolerance: float = key(
-        "error of one time step in relative velocities", unit="Ubar", default=2e-5, gt=0
+        "error of one time step in relative velocities",
+        unit="Ubar",
+        default=2e-5,
+        ge=1e-9,
+        le=0.1,
     )
     distance_tolerance: float = key(
-        "error of one time step in the distances of neighbours", unit="d", default=1e-5, gt=0
+        "error of one time step in the distances of neighbours",
+        unit="d",
+        default=1e-5,
+        ge=1e-9,
+        le=0.1,
     )
     max_stretch: float = key(
         "factor by which a gap may change, either way, before it is meshed anew",
         unit="1",
         default=1.5,
-        gt=1,
+        ge=1.05,
+        le=10,
     )
     max_iterations: int = key(
-        "iterations of one time step before a shorter one is tried", default=12, ge=1
+        "iterations of one time step before a shorter one is tried", default=12, ge=1, le=1000
     )
 
 
@@ -265,24 +283,30 @@ class Resolution(Section):
         ge=3,
         le=6,
     )
-    sphere_elements: int = key("elements along the half circle of a sphere", default=10, ge=4)
-    axis_size: float = key("size of the elements on the axis", unit="D", default=0.1, gt=0, le=0.5)
-    gap_elements: int = key("elements across the gap between two spheres", default=3, ge=3)
+    sphere_elements: int = key(
+        "elements along the half circle of a sphere", default=10, ge=4, le=200
+    )
+    axis_size: float = key(
+        "size of the elements on the axis", unit="D", default=0.1, ge=0.002, le=0.5
+    )
+    gap_elements: int = key("elements across the gap between two spheres", default=3, ge=3, le=20)
     wall_size: float = key(
-        "size of the elements far from the spheres", unit="D", default=0.2, gt=0, le=0.5
+        "size of the elements far from the spheres", unit="D", default=0.2, ge=0.01, le=0.5
     )
     margin: float = key(
         "distance of the outer spheres' centres to the periodic ends",
         unit="D",
         default=2.0,
         ge=1,
+        le=50,
     )
     accuracy: float = key(
         "estimated error of relative velocities, of the velocity itself for a single sphere, down "
         "to which the order is raised and the mesh refined",
         unit="Ubar",
         default=1e-5,
-        gt=0,
+        ge=1e-12,
+        le=1,
     )
     relative_accuracy: float = key(
         "the same as a share of the largest relative velocity; the larger one of both counts",
@@ -301,16 +325,19 @@ class Resolution(Section):
         "unknowns that a simulation may have, about, in the order and on the mesh it ends with",
         default=100_000,
         ge=1,
+        le=10_000_000,
     )
     tolerance: float = key(
         "update, rms over the unknowns, at which an iteration has converged",
         default=1e-7,
-        gt=0,
+        ge=1e-12,
         le=1e-4,
     )
-    max_iterations: int = key("iterations of one De step before it is given up", default=40, ge=1)
+    max_iterations: int = key(
+        "iterations of one De step before it is given up", default=40, ge=1, le=1000
+    )
     deborah_step: float = key(
-        "largest ratio of successive De in the continuation", default=3.0, gt=1
+        "largest ratio of successive De in the continuation", default=3.0, ge=1.05, le=100
     )
 
 

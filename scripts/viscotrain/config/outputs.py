@@ -5,11 +5,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from viscotrain.config.keys import (
+    LARGEST_DEBORAH,
     DeborahNumber,
     Distance,
     FiniteDistance,
     Gap,
     ListOf,
+    PathText,
     Section,
     Station,
     VolumeFraction,
@@ -21,16 +23,17 @@ from viscotrain.words import ORDERED_VARIATION
 class TrainsConfig(Section):
     """The simulated particle trains: one per (De, volume fraction)."""
 
-    deborah: ListOf[DeborahNumber] = key(
-        "Deborah numbers of the trains",
+    deborah: ListOf[DeborahNumber] | None = key(
+        "Deborah numbers of the trains; null = deborah.values but 0",
         symbol="De",
         unit="1",
+        default=None,
         min_length=1,
         rule="each one of deborah.values, none twice",
     )
     volume_fraction: ListOf[VolumeFraction] | None = key(
-        "volume fractions of the spheres in the channel; the mean spacing (2/3) (d/D)^2/phi "
-        "must exceed contact, 1",
+        "volume fractions of the spheres in the channel; the mean spacing, (2/3) (d/D)^2/phi "
+        "in a tube, must exceed contact, 1",
         symbol="phi",
         unit="1",
         default=None,
@@ -67,27 +70,33 @@ class TrainsConfig(Section):
         ge=0,
         le=1,
     )
-    stations: ListOf[Station] = key(
-        "positions along the channel at which spacings are recorded",
+    stations: ListOf[Station] | None = key(
+        "positions along the channel at which spacings are recorded; null = five, evenly from "
+        "inlet to outlet",
         symbol="z",
         unit="D",
+        default=None,
         min_length=1,
         rule="ascending, none beyond channel.length",
     )
     repeats: int = key(
-        "independent trains per (De, volume fraction), for statistics", default=20, ge=1
+        "independent trains per (De, volume fraction), for statistics",
+        default=20,
+        ge=1,
+        le=100_000,
     )
-    seed: int = key("seed of the random injection", default=1, ge=0)
+    seed: int = key("seed of the random injection", default=1, ge=0, le=2**63 - 1)
     passages: int = key(
         "spheres recorded per repeat, after the statistically steady state is reached",
         default=1000,
         ge=1,
+        le=10_000_000,
     )
-    measured: str | None = key(
+    measured: PathText | None = key(
         "CSV file of measured spacings, relative to the config file, that are compared with those "
         "of the trains; columns below",
         default=None,
-        allowed="path",
+        allowed="path without braces",
     )
 
     @property
@@ -111,7 +120,9 @@ class GeometryConfig(Section):
 class PointConfig(GeometryConfig):
     """A triplet, with these distances at first, at one Deborah number."""
 
-    deborah: Annotated[float, Field(gt=0)] = key("Deborah number", symbol="De", unit="1")
+    deborah: Annotated[float, Field(gt=0, le=LARGEST_DEBORAH)] = key(
+        "Deborah number", symbol="De", unit="1"
+    )
 
 
 class ClosureConfig(Section):
@@ -123,15 +134,16 @@ class ClosureConfig(Section):
         unit="d",
         default=(1.5, 2.2, 1.3, 3.0, 1.8),
         min_length=3,
+        max_length=20,
     )
-    deborah: ListOf[DeborahNumber] = key(
-        "Deborah numbers of these trains",
+    deborah: ListOf[DeborahNumber] | None = key(
+        "Deborah numbers of these trains; null = deborah.values; [] = no such trains",
         symbol="De",
         unit="1",
-        default=(),
+        default=None,
         rule="each one of deborah.values, none twice",
     )
-    duration: float = key("time that is simulated", unit="D/Ubar", default=100.0, gt=0)
+    duration: float = key("time that is simulated", unit="D/Ubar", default=100.0, gt=0, le=10_000)
     gaps: ListOf[Gap] = key(
         "gaps between equally spaced spheres at which the model is compared",
         unit="d",
@@ -207,18 +219,19 @@ class MoviesConfig(Section):
         "null = 10, or the whole of a shorter channel",
         unit="D",
         default=None,
-        gt=0,
+        ge=0.5,
     )
     interval: float = key(
         "time of the flow between two frames of a camera at a station; spheres move by about "
         "1.7 D in a unit of it",
         unit="D/Ubar",
         default=0.05,
-        gt=0,
+        ge=1e-6,
+        le=10_000,
     )
-    frames: int = key("frames of a movie", default=200, ge=2)
+    frames: int = key("frames of a movie", default=200, ge=2, le=1_000_000)
     frame_rate: float = key(
-        "frames per second at which movies are played", unit="1/s", default=25.0, gt=0, le=120
+        "frames per second at which movies are played", unit="1/s", default=25.0, ge=0.1, le=120
     )
     width: int = key(
         "width of a movie in pixels", default=1280, ge=480, le=3840, multiple_of=2, rule="even"
@@ -234,14 +247,16 @@ class EncapsulationConfig(Section):
         symbol="F",
         unit="1/s",
         default=None,
-        gt=0,
+        ge=1e-6,
+        le=10**9,
     )
     bead_rate: float | None = key(
         "beads that are wanted in a second, for which the feed at each flow rate is found; "
         "null = as many as encapsulation.droplet_frequency, if it is given",
         unit="1/s",
         default=None,
-        gt=0,
+        ge=1e-6,
+        le=10**9,
     )
 
 
@@ -286,12 +301,16 @@ class DesignMapConfig(Section):
         default=None,
     )
     stations: int = key(
-        "positions at which spacings are recorded, evenly from inlet to outlet", default=41, ge=2
+        "positions at which spacings are recorded, evenly from inlet to outlet",
+        default=41,
+        ge=2,
+        le=10_001,
     )
-    repeats: int = key("independent trains per condition", default=4, ge=1)
-    passages: int = key("spheres recorded per repeat", default=500, ge=2)
+    repeats: int = key("independent trains per condition", default=4, ge=1, le=100_000)
+    passages: int = key("spheres recorded per repeat", default=500, ge=2, le=10_000_000)
     ordered_variation: float = key(
         "coefficient of variation of the spacing below which a train counts as ordered",
         default=ORDERED_VARIATION,
-        gt=0,
+        ge=1e-6,
+        le=10,
     )

@@ -11,11 +11,18 @@ from pydantic import ValidationError
 
 from viscotrain.config import stages
 from viscotrain.config.models import FluidConfig
-from viscotrain.config.problems import Readable, disagreements
+from viscotrain.config.problems import (
+    Readable,
+    disagreements,
+    disagreements_of_verification,
+)
 from viscotrain.config.study import Study
 from viscotrain.config.wording import dotted, inlined, order_of_sections, problem_of_key
 from viscotrain.errors import ConfigError, DataError
 from viscotrain.trains import spacings_file
+
+LARGEST_FILE = 100_000  # bytes of a config: a hundred times what a study needs is a mistake
+MOST_PROBLEMS = 40  # lines of a message
 
 
 @cache
@@ -61,9 +68,22 @@ def parse_study(data: Any, source: str = "config", known_problems: Sequence[str]
         problems += disagreements(Readable(data, wrong={e["loc"] for e in wrong}))
         problems.sort(key=order_of_sections(words))
     lines = [*known_problems, *map(str, problems)]
+    if len(lines) > MOST_PROBLEMS:
+        lines[MOST_PROBLEMS:] = [f"... and {len(lines) - MOST_PROBLEMS} more"]
     if study is None or lines:
         raise ConfigError(source, lines)
     return study
+
+
+def check_verification(study: Study, source: str = "config"):
+    """Check the section `verification` against the others: once a verification is made of it.
+
+    Raises:
+        ConfigError: They do not agree; one message lists every problem.
+    """
+    problems = disagreements_of_verification(Readable(study.model_dump()))
+    if problems:
+        raise ConfigError(source, [str(problem) for problem in problems])
 
 
 def fitted_fluid_file(study: Study) -> str | None:
@@ -77,8 +97,9 @@ def with_fluid(study: Study, fluid: FluidConfig) -> Study:
     Raises:
         ConfigError: The study cannot be made with this fluid.
     """
+    own = fluid.model_copy(update={"density": study.fluid.density})  # which is not fitted
     return parse_study(
-        study.model_dump() | {"fluid": fluid.model_dump()}, source=f"study {study.study}"
+        study.model_dump() | {"fluid": own.model_dump()}, source=f"study {study.study}"
     )
 
 
@@ -114,7 +135,7 @@ def data_files(study: Study, config_file: str | Path) -> list[str]:
     missing = [
         f"fluid.data[{n}]: there is no file {path}; allowed: path relative to the config file"
         for n, path in enumerate(paths)
-        if not Path(path).is_file()
+        if not _is_file(path)
     ]
     if missing:
         raise ConfigError(str(config_file), missing)
@@ -155,10 +176,17 @@ def _existing(config_file: str | Path, key: str, name: str) -> str:
         ConfigError: It does not exist.
     """
     path = _beside(config_file, name)
-    if not Path(path).is_file():
+    if not _is_file(path):
         line = f"{key}: there is no file {path}; allowed: path relative to the config file"
         raise ConfigError(str(config_file), [line])
     return path
+
+
+def _is_file(path: str) -> bool:
+    try:
+        return Path(path).is_file()
+    except OSError:  # its name is too long for one
+        return False
 
 
 def _beside(config_file: str | Path, name: str) -> str:
@@ -173,10 +201,17 @@ def read_yaml(path: str | Path) -> tuple[Any, list[str]]:
     """
     try:
         text = Path(path).read_bytes()
-    except OSError as error:
-        raise ConfigError(str(path), [f"cannot be read: {error.strerror}"]) from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ConfigError(str(path), [f"cannot be read: {reason}"]) from error
+    if len(text) > LARGEST_FILE:
+        found, allowed = len(text) / 1000, f"at most {LARGEST_FILE // 1000} kB"
+        raise ConfigError(str(path), [f"found {found:.0f} kB; allowed: {allowed}"])
     try:
-        return yaml.safe_load(text), list(_repeated_keys(yaml.compose(text, yaml.SafeLoader)))
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+        repeated = list(_repeated_keys(node))
+        return (None if node is None else loader.construct_document(node)), repeated
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -186,8 +221,17 @@ def read_yaml(path: str | Path) -> tuple[Any, list[str]]:
         raise ConfigError(str(path), [f"not YAML: {reason}"]) from error
 
 
-def _repeated_keys(node: yaml.Node | None, path: tuple = ()) -> Iterator[str]:
-    """Keys that occur twice in a mapping; the YAML reader itself keeps the last, silently."""
+def _repeated_keys(
+    node: yaml.Node | None, path: tuple = (), seen: set[int] | None = None
+) -> Iterator[str]:
+    """Keys that occur twice in a mapping; the YAML reader itself keeps the last, silently.
+
+    A node that others refer to (`*alias`) is looked at once.
+    """
+    seen = set() if seen is None else seen
+    if id(node) in seen:
+        return
+    seen.add(id(node))
     if isinstance(node, yaml.MappingNode):
         first_line: dict[str, int] = {}
         for key, value in node.value:
@@ -196,7 +240,7 @@ def _repeated_keys(node: yaml.Node | None, path: tuple = ()) -> Iterator[str]:
                 lines = f"lines {first_line[name]} and {line}"
                 yield f"{dotted((*path, name))}: found twice, in {lines}; allowed: once"
             first_line.setdefault(name, line)
-            yield from _repeated_keys(value, (*path, name))
+            yield from _repeated_keys(value, (*path, name), seen)
     elif isinstance(node, yaml.SequenceNode):
         for index, item in enumerate(node.value):
-            yield from _repeated_keys(item, (*path, index))
+            yield from _repeated_keys(item, (*path, index), seen)

@@ -7,34 +7,37 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 
+from viscotrain.config.design_settings import DesignSettings, DesignTrainsSettings
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+    FitSpreadSettings,
+    OperatingConditionsSettings,
+    RheologySettings,
+    SchematicSettings,
+    UnitsSettings,
+)
 from viscotrain.config.geometries import pair_distances, simulated_deborahs
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
     CaseSettings,
+    ChannelFlowSettings,
     ClosureGapSettings,
     ClosureTrainSettings,
     ConfinementSettings,
     DesignMapSettings,
-    DesignSettings,
-    DesignTrainsSettings,
     DiameterVariationSettings,
     EncapsulationSettings,
     FieldSettings,
-    FiguresSettings,
     FilmSettings,
-    FitSpreadSettings,
     FlowSettings,
     FluidFitSettings,
     MeasuredSettings,
     MoviesSettings,
     OrderSettings,
-    RheologySettings,
-    SchematicSettings,
     StudyConfigSettings,
     TableSettings,
     TrainsSettings,
     TransientSettings,
-    UnitsSettings,
     longest_mode,
 )
 from viscotrain.config.study import Study
@@ -129,12 +132,11 @@ def closure_train(study: Study, deborah: float) -> ClosureTrainSettings:
 
 def closure_gap(study: Study) -> ClosureGapSettings:
     """Equally spaced spheres at the Deborah numbers of the closure, and those on the way there."""
-    closure = study.verification.closure
-    highest = max(closure.deborah, default=0.0)
+    highest = max(study.closure_deborahs, default=0.0)
     return ClosureGapSettings(
         flow=flow(study).at([De for De in study.deborah.values if De <= highest]),
-        spheres=len(closure.distances) + 1,
-        deborah=closure.deborah,
+        spheres=len(study.verification.closure.distances) + 1,
+        deborah=study.closure_deborahs,
     )
 
 
@@ -172,8 +174,9 @@ def trains(study: Study) -> TrainsSettings:
         memory=study.trains.memory,
         diameter_variation=study.particle.diameter_variation,
         confinement=study.confinement,
+        section=study.channel.section,
         length=study.channel.length,
-        stations=study.trains.stations,
+        stations=study.stations,
         repeats=study.trains.repeats,
         passages=study.trains.passages,
         seed=study.trains.seed,
@@ -183,8 +186,8 @@ def trains(study: Study) -> TrainsSettings:
 def measured(study: Study) -> MeasuredSettings:
     """What measured spacings are compared with."""
     return MeasuredSettings(
-        station=study.trains.stations,
-        deborah=study.trains.deborah,
+        station=study.stations,
+        deborah=study.train_deborahs,
         volume_fraction=study.trains.fractions,
     )
 
@@ -209,8 +212,9 @@ def order(study: Study) -> OrderSettings:
         injection=study.trains.injection,
         feed=study.trains.feed,
         confinement=study.confinement,
+        section=study.channel.section,
         length=study.channel.length,
-        deborah=study.trains.deborah,
+        deborah=study.train_deborahs,
         fractions=study.trains.fractions,
         ordered_variation=study.design_map.ordered_variation,
     )
@@ -227,7 +231,7 @@ def diameter_variation(study: Study) -> DiameterVariationSettings:
     )
     return DiameterVariationSettings(
         trains=own,
-        deborah=study.trains.deborah,
+        deborah=study.train_deborahs,
         fractions=study.trains.fractions,
         ordered_variation=study.design_map.ordered_variation,
     )
@@ -248,6 +252,7 @@ def film(study: Study) -> FilmSettings:
         field_of_view=study.movie_field_of_view(),
         interval=study.movies.interval,
         frames=study.movies.frames,
+        section=study.channel.section,
     )
 
 
@@ -260,8 +265,8 @@ def design_map(study: Study) -> DesignMapSettings:
     """The map of all conditions."""
     return DesignMapSettings(
         confinement=study.confinement,
+        section=study.channel.section,
         ordered_variation=study.design_map.ordered_variation,
-        dimensionless_fluid=_scaled(study),
     )
 
 
@@ -300,9 +305,12 @@ def design(study: Study) -> DesignSettings:
 def figures(study: Study, name: str = "") -> FiguresSettings:
     """Figures that show data; with the `name` of one of the study itself, those."""
     if name not in OF_THE_STUDY:
-        return FiguresSettings(confinement=study.confinement)
+        return FiguresSettings(confinement=study.confinement, section=study.channel.section)
     return FiguresSettings(
-        confinement=study.confinement, schematic=schematic(study), rheology=rheology(study)
+        confinement=study.confinement,
+        section=study.channel.section,
+        schematic=schematic(study),
+        rheology=rheology(study),
     )
 
 
@@ -310,12 +318,13 @@ def schematic(study: Study) -> SchematicSettings:
     """The drawing of triplet and train."""
     return SchematicSettings(
         confinement=study.confinement,
+        section=study.channel.section,
         sp=study.table.sp or DRAWN,
         sf=study.table.sf or DRAWN,
         margin=study.dns.margin,
         volume_fraction=study.trains.fractions[0],
         feed=study.trains.feed,
-        deborah=study.trains.deborah[0],
+        deborah=study.train_deborahs[0],
         channel_length=study.channel.length,
     )
 
@@ -334,8 +343,24 @@ def units(study: Study) -> UnitsSettings:
     """What physical units follow from."""
     return UnitsSettings(
         **dict(rheology(study)),
-        channel_diameter=study.channel.diameter,
+        channel_diameter=study.channel.inscribed_diameter,
+        section=study.channel.section,
         particle_diameter=study.particle.diameter,
+    )
+
+
+def channel_flow(study: Study) -> ChannelFlowSettings:
+    """The flow without spheres, at all Deborah numbers."""
+    return ChannelFlowSettings(**dict(given_table(study)), section=study.channel.section)
+
+
+def operating_conditions(study: Study) -> OperatingConditionsSettings:
+    """What the validity of conditions follows from, besides their files."""
+    return OperatingConditionsSettings(
+        **dict(rheology(study)),
+        fluid_density=study.fluid.density,
+        particle_density=study.particle.density,
+        section=study.channel.section,
     )
 
 
@@ -344,7 +369,8 @@ def fit_spread(study: Study) -> FitSpreadSettings:
     return FitSpreadSettings(
         **dict(rheology(study)),
         draws=study.fluid.fit.draws,
-        channel_diameter=study.channel.diameter,
+        channel_diameter=study.channel.inscribed_diameter,
+        section=study.channel.section,
         channel_length=study.channel.length,
         config=study.model_dump(),
     )

@@ -6,13 +6,13 @@ from typing import Self
 
 from pydantic import model_validator
 
+from viscotrain.config.device_models import ChannelConfig, ParticleConfig
 from viscotrain.config.keys import Section, key
 from viscotrain.config.models import (
-    ChannelConfig,
+    BudgetConfig,
     DeborahConfig,
     DnsConfig,
     FluidConfig,
-    ParticleConfig,
     TableConfig,
 )
 from viscotrain.config.outputs import (
@@ -25,11 +25,13 @@ from viscotrain.config.outputs import (
     TrainsConfig,
     VerificationConfig,
 )
-from viscotrain.config.problems import Readable, disagreements
+from viscotrain.config.problems import disagreements
+from viscotrain.config.readable import Readable
 from viscotrain.errors import ConfigError
-from viscotrain.fluid.parameters import DimensionlessFluid, mean_spacing
+from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.words import FEWEST_TRAIN_SPHERES
 
+STATIONS = 5  # at which spacings are recorded, from inlet to outlet
 FIELD_OF_VIEW = 10.0  # of a movie's camera, in D
 MAP_VOLUME_FRACTIONS = (0.002, 0.004, 0.006, 0.01)  # of the design map
 CLOSEST_MAP_SPACING = 2.0  # mean spacing in d, below which injection leaves little to order
@@ -59,6 +61,7 @@ class Study(Section):
     encapsulation: EncapsulationConfig = EncapsulationConfig()
     design: DesignConfig = DesignConfig()
     verification: VerificationConfig = VerificationConfig()
+    budget: BudgetConfig = BudgetConfig()
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
@@ -70,7 +73,7 @@ class Study(Section):
     @property
     def confinement(self) -> float:
         """Sphere diameter over channel diameter, beta = d/D."""
-        return self.particle.diameter / self.channel.diameter
+        return self.particle.diameter / self.channel.inscribed_diameter
 
     @property
     def dimensionless_fluid(self) -> DimensionlessFluid:
@@ -100,14 +103,39 @@ class Study(Section):
 
     def mean_spacing(self, volume_fraction: float) -> float:
         """s* of an equally spaced train, in d."""
-        return mean_spacing(self.confinement, volume_fraction)
+        return self.channel.section.mean_spacing(self.confinement, volume_fraction)
+
+    @property
+    def _elastic(self) -> tuple[float, ...]:
+        """Deborah numbers but 0, unless there is no other."""
+        return tuple(De for De in self.deborah.values if De > 0) or self.deborah.values
+
+    @property
+    def train_deborahs(self) -> tuple[float, ...]:
+        """Deborah numbers of the trains."""
+        given = self.trains.deborah
+        return self._elastic if given is None else given
+
+    @property
+    def stations(self) -> tuple[float, ...]:
+        """Where spacings are recorded, in D."""
+        given, last = self.trains.stations, STATIONS - 1
+        if given is None:
+            return tuple(self.channel.length * n / last for n in range(STATIONS))
+        return given
+
+    @property
+    def closure_deborahs(self) -> tuple[float, ...]:
+        """Deborah numbers of the short trains that are simulated directly."""
+        given = self.verification.closure.deborah
+        return self.deborah.values if given is None else given
 
     def movie_conditions(self) -> tuple[tuple[float, float], ...]:
         """(De, volume fraction, as that of the trains) of the trains that are filmed."""
         deborah, phi = self.movies.deborah, self.movies.volume_fraction
         return tuple(
             itertools.product(
-                self.trains.deborah if deborah is None else deborah,
+                self.train_deborahs if deborah is None else deborah,
                 self.trains.fractions if phi is None else phi,
             )
         )
@@ -121,7 +149,7 @@ class Study(Section):
         """(De, volume fraction, see `map_feed`) of the design map; the latter runs fastest."""
         deborah: Sequence[float] | None = self.design_map.deborah
         if deborah is None:
-            deborah = [De for De in self.deborah.values if De > 0] or self.deborah.values
+            deborah = self._elastic
         given = self.design_map.feed_volume_fraction or self.design_map.volume_fraction
         phi = self._usual_map() if given is None else given
         return tuple(itertools.product(deborah, phi or sorted(self.trains.fractions)))

@@ -11,15 +11,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
+from viscotrain.config.device_models import ChannelConfig
 from viscotrain.config.names import number_name
 from viscotrain.config.reading import parse_study, read_yaml
 from viscotrain.config.settings import DIGITS, StudyConfigSettings
 from viscotrain.config.study import CLOSEST_MAP_SPACING, Study
 from viscotrain.config.wording import shown
 from viscotrain.errors import ConfigError
-from viscotrain.fluid.parameters import mean_spacing
 
 KEY = "particle.diameter"
+MOST_DIAMETERS = 20
 
 
 def parse_studies(
@@ -35,6 +38,10 @@ def parse_studies(
     diameters = listed(data)
     if diameters is None:
         return (parse_study(data, source, known_problems),)
+    if len(diameters) > MOST_DIAMETERS:
+        allowed = f"at most {MOST_DIAMETERS}, each of which is a study"
+        lines = [*known_problems, f"{KEY}: found a list of {len(diameters)}; allowed: {allowed}"]
+        raise ConfigError(source, lines)
     studies, lines = [], [*known_problems, *_problems_of_list(diameters)]
     if data.get("table") and isinstance(data["table"], Mapping) and data["table"].get("file"):
         lines.append(f"table.file: found with several of {KEY}; allowed: a table is of one d/D")
@@ -81,10 +88,15 @@ def _of_one(data: dict, diameter: Any) -> dict:
     """The config of one of the diameters, with those conditions of the design map that suit it."""
     own = data | {"particle": data["particle"] | {"diameter": diameter}}
     try:
-        beta = diameter / data["channel"]["diameter"]
+        channel = ChannelConfig.model_validate(data["channel"])
+        beta = diameter / channel.inscribed_diameter
         fractions = data["design_map"]["volume_fraction"]
-        fitting = [phi for phi in fractions if mean_spacing(beta, phi) >= CLOSEST_MAP_SPACING]
-    except (KeyError, TypeError, ArithmeticError):  # none are given, or wrong
+        fitting = [
+            phi
+            for phi in fractions
+            if channel.section.mean_spacing(beta, phi) >= CLOSEST_MAP_SPACING
+        ]
+    except (KeyError, TypeError, ArithmeticError, ValidationError):  # none are given, or wrong
         return own
     return own | {"design_map": data["design_map"] | {"volume_fraction": fitting or fractions}}
 
@@ -112,7 +124,10 @@ def config_of(studies: Sequence[Study]) -> StudyConfigSettings:
 
 def _problems_of_list(diameters: Sequence) -> list[str]:
     if len(diameters) < 2:
-        return [f"{KEY}: found {shown(diameters)}; allowed: number > 0, or at least 2 of them"]
+        return [
+            f"{KEY}: found {shown(diameters)}; "
+            "allowed: number in [1.0e-08, 1], or at least 2 of them"
+        ]
     numbers = [(n, d) for n, d in enumerate(diameters) if type(d) in (int, float)]
     return [
         f"{KEY}[{n}]: found {shown(d)}; allowed: more than the value before it, {shown(before)}"

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from viscotrain.config.keys import LONGEST_LIST, TOO_MANY
+
 LONGEST_FOUND = 60  # characters of a wrong value that a message repeats
 
 
@@ -95,6 +97,10 @@ def problem_of_key(error: Mapping[str, Any], schema: Mapping[str, Any]) -> Probl
     allowed = range_in_words(fragment)
     if error["type"] == "missing":
         return Problem(location, f"missing; allowed: {allowed}")
+    if error["type"] in (TOO_MANY, "too_long"):
+        most = LONGEST_LIST if error["type"] == TOO_MANY else error["ctx"]["max_length"]
+        found = f"a list of {len(error['input'])}"
+        return Problem(location, f"found {found}; allowed: at most {most} of the {allowed}")
     if error["type"] == "finite_number":
         allowed = f"finite {allowed}"
     found = shown(error["input"])
@@ -145,8 +151,13 @@ def _right_key(location: tuple, schema: Mapping[str, Any]) -> str:
 
 def dotted(location: tuple) -> str:
     """('fluid', 'modes', 0) as fluid.modes[0]."""
-    parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+    parts = (f"[{part}]" if isinstance(part, int) else f".{_plain(part)}" for part in location)
     return "".join(parts).removeprefix(".")
+
+
+def _plain(key: str) -> str:
+    """A key as a message repeats it: not too long, no character that moves a cursor."""
+    return _shortened(key if key.isprintable() else ascii(key)[1:-1])
 
 
 def shown(value: Any) -> str:
@@ -154,6 +165,11 @@ def shown(value: Any) -> str:
     if value is None:
         return "nothing"
     text = f"the text {value!r}" if isinstance(value, str) else _yaml_line(value)
+    return _shortened(text)
+
+
+def _shortened(text: str) -> str:
+    """Text that is not too long for a message."""
     return text if len(text) <= LONGEST_FOUND else f"{text[: LONGEST_FOUND - 3]}..."
 
 

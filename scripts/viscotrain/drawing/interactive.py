@@ -1,12 +1,17 @@
 """One page to explore a study: any De, any train, in a browser, without a network.
 
-The page holds plotly's JavaScript and, as JSON, the interpolant on a grid that is even on the drawn
-axis (1 - 1/s), the nodes of the table, and the tracks of the first repeat of each train.
+The page asks nothing of a network, and its content security policy says so: a browser runs the two
+scripts that the page holds, known by their hashes, and loads nothing. All text from a file is
+escaped. The page holds plotly's JavaScript and, as JSON, the interpolant on a grid that is even on
+the drawn axis (1 - 1/s), the nodes of the table, and the tracks of the first repeat of each train.
 """
 
+import base64
+import hashlib
 import html
 import itertools
 import json
+import re
 import string
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -37,6 +42,8 @@ COLUMNS = {  # of the table of a train: statistic, decimals, factor
     "within 20 % of the mean [%]": ("even_share", 1, 100.0),
     "touching spheres [%]": ("touching_share", 1, 100.0),
 }
+POLICY_PLACE = "(policy)"  # until the scripts are known
+SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 TEMPLATE = Path(__file__).with_suffix(".html")
 
 
@@ -67,19 +74,35 @@ def page(table: xr.Dataset, units: xr.Dataset, trains: Sequence[xr.Dataset], stu
         "columns": ["z [D]", *COLUMNS],
         "trains": [_train(train, units) for train in trains],
     }
-    return _Page(TEMPLATE.read_text(encoding="utf-8")).substitute(
+    text = _Page(TEMPLATE.read_text(encoding="utf-8")).substitute(
+        policy=POLICY_PLACE,
         title=html.escape(f"viscotrain: study {study}"),
         plotly=get_plotlyjs(),
         particle=_micrometres(units["particle_diameter"]),
-        channel=_micrometres(units["channel_diameter"]),
+        channel=_channel(units),
         source=html.escape(f"{table.attrs.get('source', '')}; {table.attrs.get('history', '')}"),
-        data=json.dumps(data, allow_nan=False).replace("</", "<\\/"),
+        data=json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
     )
+    return text.replace(POLICY_PLACE, _policy(text), 1)
+
+
+def _policy(text: str) -> str:
+    """Content security policy of a page: its own scripts and styles, and nothing from elsewhere."""
+    digests = (hashlib.sha256(own.encode()).digest() for own in SCRIPT.findall(text))
+    scripts = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+    rules = ["default-src 'none'", f"script-src {scripts}", "style-src 'unsafe-inline'"]
+    return "; ".join([*rules, "img-src data:", "base-uri 'none'", "form-action 'none'"])
 
 
 def _micrometres(diameter: xr.DataArray) -> str:
     """A diameter in mm in words."""
     return f"{MICROMETRES * float(diameter):.3g} um"
+
+
+def _channel(units: xr.Dataset) -> str:
+    """The channel's diameter, and what must be said of a duct."""
+    remark = units.attrs.get("channel")
+    return _micrometres(units["channel_diameter"]) + (f" ({remark})" if remark else "")
 
 
 def _layers(table: xr.Dataset, grid: np.ndarray):

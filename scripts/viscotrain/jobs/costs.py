@@ -29,7 +29,9 @@ from viscotrain.jobs.grouping import MINUTES
 from viscotrain.jobs.progress import Point, outcomes
 from viscotrain.jobs.provenance import made_with
 from viscotrain.jobs.resources import (
+    FRAME,
     OTHERS,
+    START_UP,
     megabytes,
     megabytes_for,
     train_seconds,
@@ -40,9 +42,7 @@ from viscotrain.words import has_solution
 
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
-START_UP = 1.0  # CPU seconds of a job that imports everything
 FIGURE = 1.1  # CPU seconds of a figure
-FRAME = 0.0055  # CPU seconds of a movie's frame, encoding included
 TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
 BUSY_CORE = 0.9  # what a further core adds: memory is shared, and the last jobs leave cores idle
 
@@ -84,7 +84,7 @@ class Work:
 def work_of(study: Study, results: Path) -> Work:
     """Count results that are there and were made with the present settings and code."""
     flows, there = simulated(study), outcomes(study, results)
-    trains = tuple(itertools.product(study.trains.deborah, study.trains.fractions))
+    trains = tuple(itertools.product(study.train_deborahs, study.trains.fractions))
     settings, code = stages.trains(study), digest("trains")
 
     def train_done(train: tuple[float, float]) -> bool:
@@ -262,7 +262,7 @@ def cost_of(
     for De, phi in study.map_conditions():
         points[De] = points.get(De, 0) + train_seconds(study, phi, study.design_map, study.map_feed)
     films = len(study.movie_conditions())
-    frames = study.movies.frames * (len(study.trains.stations) + 1)
+    frames = study.movies.frames * (len(study.stations) + 1)
     pictures = len(study.deborah.values) + 2 * len(work.trains) + films + 5
     return Cost(
         (

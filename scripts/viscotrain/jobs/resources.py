@@ -30,6 +30,8 @@ BASE_MB, PER_UNKNOWN_KB, MORE = 150, 24, 1.5
 # CPU seconds and resident MB of jobs that do not solve, with all that they start.
 OTHERS = {
     "units": (0.6, 140),
+    "channel_flow": (10.0, 250),
+    "operating_conditions": (1.0, 200),
     "table": (1.3, 160),
     "trains": (17.0, 300),
     "film": (1.7, 260),
@@ -39,6 +41,8 @@ OTHERS = {
     "confinement": (4.0, 320),
     "encapsulation": (4.0, 320),
     "measured": (2.0, 200),
+    "design_trains": (40.0, 300),
+    "design": (40.0, 320),
     "verification_report": (9.4, 360),
     "figures": (6.4, 310),
     "interactive": (1.3, 210),
@@ -46,6 +50,8 @@ OTHERS = {
     "fluid_fit": (4.0, 220),
     "fit_spread": (2.0, 230),
 }
+START_UP = 1.0  # CPU seconds of a job that imports everything
+FRAME = 0.0055  # CPU seconds of a movie's frame, encoding included
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 3000.
 TRAIN = {"a": 1.0e-4, "b": 1.1e-6}
@@ -65,6 +71,17 @@ def _slowest() -> dict[float, tuple[float, int]]:
             before = found.get(De, (0.0, 0))
             found[De] = max(seconds, before[0]), max(unknowns, before[1])
     return found
+
+
+def slowest(deborah: float) -> float:
+    """CPU seconds of the slowest geometry that was measured, up to a Deborah number."""
+    return _at(deborah)[0]
+
+
+def measured_deborahs(deborah: float) -> int:
+    """How many were measured on the way to a Deborah number, itself included."""
+    below = sum(De <= deborah for De in _slowest())
+    return max(1, below)
 
 
 def _at(deborah: float) -> tuple[float, int]:
@@ -131,4 +148,4 @@ def variation_seconds(study: Study) -> float:
     fractions = study.trains.fractions
     counted = 1 + 2 * repeated(1)  # trains, in `train_seconds`
     each = [train_seconds(study, phi, runs, study.trains.feed) / counted for phi in fractions]
-    return 12 * len(study.trains.deborah) * sum(each)
+    return 12 * len(study.train_deborahs) * sum(each)

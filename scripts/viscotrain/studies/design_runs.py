@@ -7,7 +7,8 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from viscotrain.config.settings import DesignSettings, DesignTrainsSettings, TrainsSettings
+from viscotrain.config.design_settings import DesignSettings, DesignTrainsSettings
+from viscotrain.config.settings import TrainsSettings
 from viscotrain.errors import TrainError
 from viscotrain.fluid.units import MICROMETRES
 from viscotrain.studies import train_runs
@@ -108,7 +109,16 @@ def answer(
     if not trains:
         raise TrainError("no condition of the design can be simulated:\n  " + "\n  ".join(without))
     device = _device(settings, units)
-    conditions = operating_conditions(trains, units=units, flow=flow, **dict(settings.conditions))
+    own = settings.conditions
+    conditions = operating_conditions(
+        trains,
+        units=units,
+        flow=flow,
+        fluid=own.known_fluid,
+        fluid_density=own.fluid_density,
+        particle_density=own.particle_density,
+        section=own.section,
+    )
     droplets = encapsulation.combine(trains, [], units, device.droplet_frequency, None)
     found = design.table(
         trains,

@@ -179,8 +179,8 @@ def _limits(best: pd.Series, device: Device) -> list[str]:
     else:
         short = "longer than" if ordering > LONG * length else "within"
         lines.append(
-            f"length: neighbours even out along {device.centimetres(ordering):.3g} cm ({ordering:.4g} D), "
-            f"{short} the channel of {device.centimetres(length):.3g} cm"
+            f"length: neighbours even out along {device.centimetres(ordering):.3g} cm "
+            f"({ordering:.4g} D), {short} the channel of {device.centimetres(length):.3g} cm"
         )
     if device.variation:
         most = best["largest_bead_variation_percent"]

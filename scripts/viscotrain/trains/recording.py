@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viscotrain.errors import TrainError
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.lubrication import ROUND_OFF
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
@@ -120,7 +121,7 @@ class _Train:
         )
 
     def _hold(self, deviation: NDArray):
-        self.deviation = deviation
+        self.deviation, self.contact = deviation, contact(deviation)
         self.channel.hold(deviation)
 
     @property
@@ -152,13 +153,13 @@ class _Train:
         self._hold(np.concatenate([[self.newcomer], self.deviation]))
         self.record.deviation.append(self.newcomer)
         self.newcomer = next(self._diameters)
-        gap = self.z[:1] / self.channel.confinement - self.channel.contact[:1]
+        gap = self.z[:1] / self.channel.confinement - self.contact[:1]
         self.y = np.concatenate([[0.0], logarithm(gap), self.y[1:]])
         self.z = np.concatenate([[0.0], self.z])
         self.passed = np.concatenate([[0], self.passed])
         self.record.entry_time.append(self.time)
         if self.stations[0] == 0.0:
-            x, touching = self.y[1:2], self.channel.contact[:1]
+            x, touching = self.y[1:2], self.contact[:1]
             distance = touching + np.exp(x) if x.size else self.last_distance
             self._write(np.array([0]), np.array([0]), self.time, distance)
             self.passed[0] = 1
@@ -166,7 +167,7 @@ class _Train:
     def _remove_leading(self):
         self.last_distance = math.nan
         if self.y.size > 1:
-            self.last_distance = float(self.channel.contact[-1] + np.exp(self.y[-1]))
+            self.last_distance = float(self.contact[-1] + np.exp(self.y[-1]))
         self._hold(self.deviation[:-1])
         self.y, self.z, self.passed = self.y[:-1], self.z[:-1], self.passed[:-1]
         self.record.exit_time.append(self.time)
@@ -181,7 +182,7 @@ class _Train:
             ahead = np.where(
                 leading, 0, i + 1
             )  # item of the state; any will do for the leading one
-            touching = np.append(self.channel.contact, math.nan)[i]
+            touching = np.append(self.contact, math.nan)[i]
             distance = touching + np.exp(step.state(tau, ahead))
             distance[leading] = self.last_distance
             self._write(station, i, self.time + tau, distance)
@@ -222,6 +223,7 @@ def record_train(
     tolerance: float = TOLERANCE,
     snapshot_times: Sequence[float] | NDArray | None = None,
     sizes: Sizes = EQUAL,
+    section: CrossSection = ROUND,
 ) -> Record:
     """Simulate one train until `passages` spheres of the steady state have passed every station.
 
@@ -239,6 +241,7 @@ def record_train(
         snapshot_times: When to take all positions, in D/Ubar after the beginning of the recording,
             ascending; by default `SNAPSHOTS` times, evenly over it. They do not change the train.
         sizes: How diameters vary.
+        section: Of the channel.
 
     Raises:
         TrainError: The train does not fit the channel, stations are not as above, or spheres
@@ -251,6 +254,7 @@ def record_train(
         volume_fraction=volume_fraction,
         velocity=closure.isolated,
         slowest=closure.slowest,
+        section=section,
     )
     channel = Channel(closure, confinement, tolerance, sizes.response)
     (own,) = rng.spawn(1)

@@ -1,0 +1,117 @@
+"""What a study takes at most, counted before anything is listed or planned: core-hours, gigabytes.
+
+`costs` estimates what a study will take, from its geometries one by one. Here a study is to be
+refused that would take weeks by mistake (a repeat count with three noughts too many), so numbers
+are multiplied and nothing is made a list of. Each geometry counts as the slowest that was measured
+at the study's largest Deborah number. This module imports neither numpy nor pandas.
+"""
+
+from collections.abc import Sequence
+
+from viscotrain.config.study import Study
+from viscotrain.jobs.resources import (
+    FRAME,
+    START_UP,
+    TIMES,
+    measured_deborahs,
+    slowest,
+    train_seconds,
+)
+
+MOVIE_WIDTH = 1280  # pixels, for which a frame was measured
+# Bytes, as measured in the demo: of a geometry, of a point with its fields, of a number of a train
+# (spacing and time of a passage), of a sphere in the snapshots of a repeat, of a movie's frame.
+GEOMETRY, FIELDS, PASSAGE, SNAPSHOT, FRAME_BYTES = 1e5, 2e6, 16.0, 64.0, 1e3
+
+Shares = dict[str, float]  # by the section of the config that asks for it
+
+
+def over_budget(studies: Sequence[Study]) -> list[str]:
+    """A line for each limit of `budget` that the studies of a config exceed, with what takes it."""
+    budget = studies[0].budget
+    seconds, size = (
+        {section: sum(share[section] for share in shares) for section in shares[0]}
+        for shares in (list(map(count, studies)) for count in (core_seconds, bytes_written))
+    )
+    hours = {section: share / 3600 for section, share in seconds.items()}
+    gigabytes = {section: share / 1e9 for section, share in size.items()}
+    return [
+        *_line("budget.core_hours", budget.core_hours, hours, "core-hours"),
+        *_line("budget.gigabytes", budget.gigabytes, gigabytes, "GB"),
+    ]
+
+
+def _line(key: str, limit: float, shares: Shares, unit: str) -> list[str]:
+    total = sum(shares.values())
+    if total <= limit:
+        return []
+    parts = ", ".join(f"{section} {share:.2g}" for section, share in shares.items())
+    return [
+        f"{key}: found {limit:g}; allowed: {total:.2g} or more, because this study takes up to "
+        f"{total:.2g} {unit} ({parts}), or a smaller study"
+    ]
+
+
+def core_seconds(study: Study) -> Shares:
+    """CPU seconds at most, by section."""
+    runs, design_map = study.trains, study.design_map
+    films, frames = _films(study), study.movies.frames
+    return {
+        "table": geometries(study) * _flow_seconds(study),
+        "trains": sum(
+            len(study.train_deborahs) * train_seconds(study, phi, runs, runs.feed)
+            for phi in runs.fractions
+        ),
+        "design_map": sum(
+            train_seconds(study, phi, design_map, study.map_feed)
+            for _, phi in study.map_conditions()
+        ),
+        "movies": films * (START_UP + FRAME * frames * (len(study.stations) + 1)),
+    }
+
+
+def bytes_written(study: Study) -> Shares:
+    """Bytes of all results at most, by section."""
+    runs, design_map = study.trains, study.design_map
+    each = GEOMETRY + len(study.deborah.values) * FIELDS * study.dns.save_fields
+    trains = len(study.train_deborahs) * len(runs.fractions)
+    frame = FRAME_BYTES * max(1.0, (study.movies.width / MOVIE_WIDTH) ** 2)
+    return {
+        "table": geometries(study) * each,
+        "trains": trains * _train_bytes(study, runs, len(study.stations)),
+        "design_map": len(study.map_conditions())
+        * _train_bytes(study, design_map, design_map.stations),
+        "movies": _films(study) * frame * study.movies.frames * (len(study.stations) + 1),
+    }
+
+
+def geometries(study: Study) -> int:
+    """How many are simulated at most: all of the grid, pairs between and beyond, and the check."""
+    table = study.table
+    if table.file is not None:
+        return 0
+    cells = len(table.sp) * len(table.sf)
+    pairs = 2 * (len(table.sp) + len(table.sf)) + len(table.pair or ())
+    return cells + pairs + min(table.check, cells)
+
+
+def _flow_seconds(study: Study) -> float:
+    """CPU seconds of a geometry at all Deborah numbers: as many steps as measured, or more."""
+    largest = max(study.deborah.values)
+    if study.fluid.modes is not None:
+        largest = study.deborah_longest_mode(largest)
+    steps = max(1.0, len(study.deborah.values) / measured_deborahs(largest))
+    stage = "transient" if study.dns.method == "transient" else "dns"
+    return START_UP + TIMES[stage] * steps * slowest(largest)
+
+
+def _films(study: Study) -> int:
+    return len(study.movie_conditions())
+
+
+def _train_bytes(study: Study, runs, stations: int) -> float:
+    """Of the densest train of a section."""
+    fractions: Sequence[float] = runs.volume_fraction or runs.feed_volume_fraction or ()
+    fractions = fractions or study.trains.fractions
+    inside = study.channel.length / (study.mean_spacing(max(fractions)) * study.confinement)
+    return runs.repeats * (PASSAGE * stations * runs.passages + SNAPSHOT * inside)
