@@ -267,12 +267,12 @@ class DesignConfig(Section):
         "mean spacings of the trains that are tried; that of encapsulation.bead_rate is tried too",
         symbol="s",
         unit="d",
-        default=(2.5, 3.2, 4.2, 6.0, 9.0),
+        default=(3.0, 4.0, 5.5, 8.0),
         min_length=1,
         rule="ascending",
     )
     repeats: int = key("independent trains per condition", default=4, ge=1)
-    passages: int = key("spheres recorded per repeat", default=500, ge=2)
+    passages: int = key("spheres recorded per repeat", default=300, ge=2)
 
 
 class DesignMapConfig(Section):

@@ -29,11 +29,12 @@ from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.size_response import size_response
 from viscotrain.trains import order, tolerance
 from viscotrain.trains.closures import CLOSURES
-from viscotrain.words import CONTACT
+
 
 PARTLY = 0.8
 YES, PARTLY_YES, NO = "yes", "partly", "no"
-FARTHEST = 60.0  # d: beyond, spheres do not feel each other
+# d: closer, the model is not good; farther, spheres do not feel each other
+CLOSEST, FARTHEST = 1.5, 60.0
 BEST = 3  # conditions that an answer names
 
 
@@ -60,13 +61,13 @@ def volume_fractions(
         section: Of the channel.
 
     Returns:
-        NaN for a rate that would have spheres closer than contact, or too far to feel each other.
+        NaN for a rate that would have spheres closer than `CLOSEST` or farther than `FARTHEST`.
     """
     one = section.mean_spacing(confinement, 1.0)
     found = [one / s for s in spacing]
     if rate is not None:
         s = wanted_spacing(rate, isolated, confinement)
-        found.append(one / s if CONTACT < s <= FARTHEST else math.nan)
+        found.append(one / s if CLOSEST <= s <= FARTHEST else math.nan)
     return found
 
 
