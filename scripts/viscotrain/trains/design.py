@@ -30,7 +30,6 @@ from viscotrain.table.size_response import size_response
 from viscotrain.trains import order, tolerance
 from viscotrain.trains.closures import CLOSURES
 
-
 PARTLY = 0.8
 YES, PARTLY_YES, NO = "yes", "partly", "no"
 # d: closer, the model is not good; farther, spheres do not feel each other

@@ -148,7 +148,10 @@ def _verdict(found: pd.DataFrame, device: Device) -> str:
     if best["reason"]:
         words += " None of them is within all limits of validity: " + best["reason"] + "."
     if device.bead_rate and not best["has_wanted_rate"]:
-        words += f" None gives {device.bead_rate:g} beads/s."
+        there = found.loc[found["has_wanted_rate"], "deborah"]
+        where = " and ".join(f"De = {De:g}" for De in there)
+        beyond = f" are reached beyond the limits of validity only, at {where}."
+        words += f" {device.bead_rate:g} beads/s" + (beyond if where else " are not reached.")
     return words
 
 
@@ -157,7 +160,7 @@ def _condition(row, device: Device) -> str:
     words = (
         f"{row.flow_rate_uL_per_min:.3g} uL/min (De = {row.deborah:g}), {row.feed_percent:.3g} % "
         f"in the feed, {rate_in_words(row.beads_per_second)} beads/s: "
-        f"spacing {spacing:.3g} +- {device.particle * row.spacing_d_error:.2g} um, CV "
+        f"spacing {spacing:.1f} +- {device.particle * row.spacing_d_error:.1f} um, CV "
         f"{row.variation_at_inlet:.2f} -> {_with_errors(row)}; one bead in "
         f"{row.single_percent:.1f} % of the droplets (at random {100 * RANDOM_BEST:.1f} %); "
         f"{row.pressure_bar:.2g} bar. Trains: {row.forms}."
@@ -180,7 +183,7 @@ def _limits(best: pd.Series, device: Device) -> list[str]:
         short = "longer than" if ordering > LONG * length else "within"
         lines.append(
             f"length: neighbours even out along {device.centimetres(ordering):.3g} cm "
-            f"({ordering:.4g} D), {short} the channel of {device.centimetres(length):.3g} cm"
+            f"({ordering:.0f} D), {short} the channel of {device.centimetres(length):.3g} cm"
         )
     if device.variation:
         most = best["largest_bead_variation_percent"]
