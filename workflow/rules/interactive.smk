@@ -5,6 +5,7 @@ rule interactive:
     input:
         table=TABLE,
         units=UNITS,
+        order=f"{RESULTS}/order/order.nc",
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
     output:
         page=f"{RESULTS}/interactive.html",
