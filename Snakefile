@@ -16,6 +16,7 @@ if len(STUDIES) == 1:
 
     include: "workflow/rules/fluid_fit.smk"
     include: "workflow/rules/units.smk"
+    include: "workflow/rules/channel_flow.smk"
     include: "workflow/rules/dns.smk"
     include: "workflow/rules/transient.smk"
     include: "workflow/rules/table.smk"
@@ -24,6 +25,7 @@ if len(STUDIES) == 1:
     include: "workflow/rules/movies.smk"
     include: "workflow/rules/design_map.smk"
     include: "workflow/rules/order.smk"
+    include: "workflow/rules/operating_conditions.smk"
     include: "workflow/rules/diameter_variation.smk"
     include: "workflow/rules/encapsulation.smk"
     include: "workflow/rules/fit_spread.smk"

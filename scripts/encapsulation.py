@@ -39,7 +39,8 @@ def main(
     datasets.write_csv(encapsulation.inverse_table(found), feeds, digits=6)
     if figure:
         attributes = job.attributes("data of the figure encapsulation")
-        drawings.save(draw_encapsulation(found), figure / "encapsulation", attributes)
+        note = found.attrs.get("channel", "")
+        drawings.save(draw_encapsulation(found), figure / "encapsulation", attributes, note)
 
 
 run(main, settings=stages.encapsulation)

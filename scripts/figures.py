@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import Annotated
 
 from viscotrain.config import stages
-from viscotrain.config.settings import FiguresSettings
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+)
 from viscotrain.drawing import figures
 from viscotrain.jobs import drawings
-from viscotrain.jobs.entry import Job, folder_of, made, run, taken
+from viscotrain.jobs.entry import Duct, Job, folder_of, made, run, taken
 
 
 def settings(study, name: Sequence[str]) -> FiguresSettings:
@@ -36,14 +38,16 @@ def main(
     folder: Annotated[Path, made("where to write", key="png", convert=folder_of)],
     field: Annotated[Path | None, taken("fields, for stress_field", named=True)] = None,
     units: Annotated[Path | None, taken("units.nc, for trains", named=True)] = None,
+    duct: Duct = None,
     measured: Annotated[Path | None, taken("file of measured.py, for spacing", named=True)] = None,
 ):
     """Draw the figures of these names and write them with their data."""
     for figure in name:
         shown = field if field and figure == "stress_field" else source
         own = job.attributes(f"data of the figure {figure}")
-        drawing = figures.draw_with(job.settings, figure, shown, units, measured)
-        for path in drawings.save(drawing, folder / figure, own):
+        note = "" if figure in ("rheology", "schematic") else job.settings.section.remark
+        drawing = figures.draw_with(job.settings, figure, shown, units, measured, duct)
+        for path in drawings.save(drawing, folder / figure, own, note):
             print(path)
 
 

@@ -9,7 +9,9 @@ from typing import Annotated
 
 from viscotrain import files
 from viscotrain.config import stages
-from viscotrain.config.settings import FitSpreadSettings
+from viscotrain.config.device_settings import (
+    FitSpreadSettings,
+)
 from viscotrain.jobs import datasets
 from viscotrain.jobs.entry import Job, Result, made, option, run, taken
 from viscotrain.studies import fit_spread

@@ -24,7 +24,8 @@ def main(job: Job, film: Film, units: Units, folder: Movies, figures: Figures = 
         train = train_name(float(seen["deborah"]), float(seen[given]), given.startswith("feed"))
         name = f"stations_{train}"
         drawing = design_figures.stations(seen, physical)
-        drawings.save(drawing, figures / name, job.attributes(f"data of the figure {name}"))
+        made_by = job.attributes(f"data of the figure {name}")
+        drawings.save(drawing, figures / name, made_by, note=seen.attrs.get("channel", ""))
     if not encoding.ffmpeg():
         print("no ffmpeg found: movies are GIF, larger and coarser than MP4")
     for path in movies.make(seen, physical, folder, **dict(job.settings)):

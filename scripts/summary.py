@@ -2,7 +2,7 @@ r"""What a run made: points solved, holes, accuracy, trains, where the figures a
 
 python scripts/summary.py OUTPUT --table TABLE --units UNITS --trains TRAINS... \
     --measured MEASURED... --timing CSV... --figures PNG... --movies FOLDER... --maps MAP \
-    --droplets ENCAPSULATION --spread SPREAD
+    --droplets ENCAPSULATION --spread SPREAD --conditions CONDITIONS
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,7 @@ def main(
     summary: Result,
     table: Annotated[Path, taken("velocity table", named=True)],
     units: Annotated[Path, taken("physical units of the study, units.nc", named=True)],
+    conditions: Annotated[Path | None, taken("operating conditions", named=True)] = None,
     trains: Annotated[Sequence[Path], taken("files of the trains", named=True)] = (),
     measured: Annotated[Sequence[Path], taken("files of measured.py", named=True)] = (),
     timing: Annotated[Sequence[Path], taken("CSV files of the dns stage", named=True)] = (),
@@ -31,6 +32,7 @@ def main(
     """Write the summary and print it."""
     lines = overview.of_table(table, timing)
     lines += [*overview.of_trains(trains, maps, units), *overview.of_measured(measured)]
+    lines += overview.of_conditions(conditions)
     lines += [*overview.of_droplets(droplets), *overview.of_fits(spread)]
     lines += overview.of_pictures(figures, movies)
     text = "\n".join(lines)

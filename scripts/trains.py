@@ -1,7 +1,7 @@
 r"""Trains stage: velocity table -> trains at one Deborah number, one file per volume fraction.
 
 python scripts/trains.py --configfile config/config.yaml --deborah 5 --volume-fraction 0.004 \
-    TABLE OUTPUT
+    TABLE OUTPUT [--duct CHANNEL_FLOW]
 """
 
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.config.settings import TrainsSettings
-from viscotrain.jobs.entry import Deborah, Job, Table, made, option, run
+from viscotrain.jobs.entry import Deborah, Duct, Job, Table, made, option, run
 from viscotrain.studies import train_runs
-from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.drift import open_table
 from viscotrain.trains import repeats
 
 Fractions = Annotated[
@@ -27,9 +27,16 @@ def settings(study, design_map: OfTheMap = False) -> TrainsSettings:
     return stages.design_points(study) if design_map else stages.trains(study)
 
 
-def main(job: Job, deborah: Deborah, volume_fraction: Fractions, table: Table, trains: Outputs):
+def main(
+    job: Job,
+    deborah: Deborah,
+    volume_fraction: Fractions,
+    table: Table,
+    trains: Outputs,
+    duct: Duct = None,
+):
     """Simulate all repeats and write them with their statistics."""
-    velocities = VelocityTable.open(table)
+    velocities = open_table(table, duct)
     for fraction, output in zip(volume_fraction, trains, strict=True):
         result = train_runs.simulate(job.settings, velocities, deborah, fraction)
         phi = float(result["volume_fraction"])

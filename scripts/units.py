@@ -16,6 +16,7 @@ def main(job: Job, result: Result):
         own.longest_modes(),
         channel_diameter=own.channel_diameter,
         particle_diameter=own.particle_diameter,
+        section=own.section,
     )
     job.write(units, result, "physical units")
 

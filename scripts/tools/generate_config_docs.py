@@ -35,6 +35,8 @@ One YAML file describes one study. Run it with
 |---|---|
 | `config.yaml` | demo, a few minutes: what `snakemake --cores 2` runs, and your template |
 | `paper.yaml` | the full table, up to De = 62 |
+| `study_trains.yaml` | trains at the conditions of the study, by its finished table |
+| `square.yaml` | a square channel, by the same table |
 | `confinement.yaml` | four sphere diameters in one channel, compared; ten minutes |
 | `tiny.yaml` | every stage in under a minute on a coarse mesh; for tests only |
 
@@ -46,7 +48,8 @@ A wrong config stops the workflow before its first job, with one message that na
       trains.deborah[0]: found 7; allowed: one of deborah.values (0, 1, 5)
 
 YAML reads `1e-6` as text: write `1.0e-6`. Infinity is `.inf`. `schema.json` lets an editor complete
-and check keys while you type. Units: D is the channel diameter, d the sphere diameter.
+and check keys while you type. Units: D is the channel diameter, that of the
+inscribed tube if it is a duct, d the sphere diameter.
 """
 
 

@@ -23,7 +23,7 @@ from viscotrain.config.names import (
     parse_fraction,
     train_name,
 )
-from viscotrain.config.reading import load_study, parse_study, read_yaml, schema
+from viscotrain.config.reading import load_study, parse_study, read_yaml, schema, with_fluid
 from viscotrain.config.study import Study
 from viscotrain.errors import ConfigError, ViscotrainError
 
@@ -216,9 +216,37 @@ WRONG = {
         {"deborah.values": {0, 5}},
         "deborah.values: found !!set {0: null, 5: null}; allowed: list of numbers in [0, 1000]",
     ),
+    "duct without its side": (
+        {"channel.shape": "square", "channel.diameter": None},
+        "channel.side: missing; allowed: number in [1.0e-06, 1], with shape square",
+    ),
+    "tube without its diameter": (
+        {"channel.diameter": None},
+        "channel.diameter: missing; allowed: number in [1.0e-06, 1], with shape tube",
+    ),
+    "side of another shape": (
+        {"channel.side": 100e-6},
+        "channel.side: found with shape tube; allowed: with channel.shape: square only",
+    ),
+    "unknown shape": (
+        {"channel.shape": "round"},
+        "channel.shape: found the text 'round'; allowed: one of tube, square, rectangle",
+    ),
+    "sphere larger than a square": (
+        {"channel": {"shape": "square", "side": 20e-6, "length": 800}},
+        "particle.diameter: found 2.0e-05; allowed: less than channel.side, 2.0e-05",
+    ),
+    "sphere larger than the smaller side": (
+        {"channel": {"shape": "rectangle", "width": 90e-6, "height": 15e-6, "length": 800}},
+        "particle.diameter: found 2.0e-05; allowed: less than channel.height, 1.5e-05",
+    ),
+    "negative density": (
+        {"fluid.density": -1.0},
+        "fluid.density: found -1.0; allowed: number > 0",
+    ),
     "number for section": (
         {"channel": 100e-6},
-        "channel: found 0.0001; allowed: section with the keys diameter, length",
+        "channel: found 0.0001; allowed: section with the keys shape, diameter",
     ),
     "empty section": (
         {"trains": None},
@@ -251,11 +279,11 @@ WRONG = {
     ),
     "key of nothing known": (
         {"channel.colour": "blue"},
-        "channel.colour: unknown key; allowed: diameter, length",
+        "channel.colour: unknown key; allowed: shape, diameter, side",
     ),
     "key that is a number": (
         {"particle": {1: 2, "diameter": 20e-6}},
-        "particle[1]: unknown key; allowed: diameter",
+        "particle[1]: unknown key; allowed: diameter, diameter_variation, density",
     ),
     # keys that do not agree
     "De unsorted": (
@@ -588,7 +616,7 @@ def test_message_begins_with_source_and_count():
 
 
 def test_long_values_are_shortened():
-    (problem,) = problems_of(changed({"channel": list(range(1000))}))
+    (problem,) = problems_of(changed({"particle": list(range(1000))}))
     assert len(problem) < 150
 
 
@@ -873,8 +901,9 @@ def test_every_second_distance_of_triplets_at_some_deborah_numbers():
         parse_study(changed({"table.every_second": [5.0], "table.check": 0}))
 
 
-hundredths = st.integers(min_value=101, max_value=3000)  # nodes closer than that are no grid
-axes = st.lists(hundredths.map(lambda n: n / 100), min_size=1, max_size=8, unique=True).map(sorted)
+# nodes from 1.01 to 30, no closer than a config may have them
+nodes = st.integers(min_value=0, max_value=1500).map(lambda n: round(1.01 * 1.00226**n, 4))
+axes = st.lists(nodes, min_size=1, max_size=8, unique=True).map(sorted)
 
 
 @given(sp=axes, sf=axes, check=st.integers(min_value=0, max_value=20))
@@ -892,3 +921,34 @@ def test_check_geometries_lie_in_cells_of_their_own(sp, sf, check):
     assert len(points) == min(check, len(sp) * len(sf))
     fewer = check_geometries(grid(sp, sf, max(check - 1, 0)))
     assert points[: len(fewer)] == fewer
+
+
+def test_sides_of_a_rectangle_may_come_in_either_order():
+    """D is the smaller one; spheres touch at less phi than in a tube, by pi/4 over their ratio."""
+    sides = {"width": 300e-6, "height": 100e-6}
+    for channel in (sides, dict(zip(sides, reversed(sides.values()), strict=True))):
+        study = changed({"channel": {"shape": "rectangle", "length": 800, **channel}})
+        own = parse_study(study).channel
+        assert own.inscribed_diameter == 100e-6
+        assert own.section.aspect_ratio == pytest.approx(3)
+        assert parse_study(study).confinement == pytest.approx(0.2)
+        close = changed(
+            {
+                "channel": {"shape": "rectangle", "length": 800, **channel},
+                "trains.volume_fraction": [0.0069],
+            }
+        )
+        assert parse_study(close).mean_spacing(0.0069) == pytest.approx(
+            math.pi / 18 * 0.04 / 0.0069
+        )
+        (problem,) = problems_of(close | {"design_map": {"volume_fraction": [0.0071]}})
+        assert problem.startswith("design_map.volume_fraction[0]: found 0.0071; allowed: less than")
+
+
+def test_the_density_of_a_fitted_fluid_is_kept():
+    measured = changed({"fluid": {"data": ["a.csv"], "density": 1100.0}})
+    study = parse_study(measured)
+    fluid = parse_study(changed({})).fluid
+    assert with_fluid(study, fluid).fluid.density == 1100.0
+    written = stages.study_config(study).with_fluid(fluid.physical())
+    assert written.config["fluid"]["density"] == 1100.0

@@ -31,6 +31,7 @@ OF_TRAINS = {
     "design_points": stages.design_points,
     "design_map": stages.design_map,
     "film": stages.film,
+    "channel_flow": stages.channel_flow,
     "movies": stages.movies,
     "figures": stages.figures,
     "schematic": stages.schematic,
@@ -39,6 +40,7 @@ DIMENSIONLESS = OF_FLOWS | OF_TRAINS
 TEXTS = {name: repr(make(DEMO).stated()) for name, make in DIMENSIONLESS.items()}
 PHYSICAL = {
     "units": stages.units,
+    "operating_conditions": stages.operating_conditions,
     "encapsulation": stages.encapsulation,
     "study_figures": lambda study: stages.figures(study, "rheology"),
     "study_config": stages.study_config,
@@ -143,6 +145,9 @@ def test_what_decides_a_flow_is_in_its_settings(section):
         {"movies": {"frames": 7}},
         {"channel": {"length": 900.0}},
         {"channel": {"diameter": 2e-4}, "particle": {"diameter": 4e-5}},
+        {"fluid": {"density": 900.0}, "particle": {"density": 1050.0}},
+        {"channel": {"shape": "square", "diameter": None, "side": 1e-4}},
+        {"channel": {"shape": "rectangle", "diameter": None, "width": 3e-4, "height": 1e-4}},
     ],
 )
 def test_what_does_not_is_not(section):

@@ -66,8 +66,12 @@ def test_the_record_of_all_is_a_config_of_all():
 @pytest.mark.parametrize(
     ("diameters", "problem"),
     [
-        ([], "particle.diameter: found []; allowed: number > 0, or at least 2 of them"),
-        ([2e-5], "particle.diameter: found [2.0e-05]; allowed: number > 0, or at least 2 of them"),
+        ([], "particle.diameter: found []; allowed: number in [1.0e-08, 1], or at least 2 of them"),
+        (
+            [2e-5],
+            "particle.diameter: found [2.0e-05]; "
+            "allowed: number in [1.0e-08, 1], or at least 2 of them",
+        ),
         (
             [2e-5, 2e-5],
             "particle.diameter[1]: found 2.0e-05; allowed: more than the value before it, 2.0e-05",
@@ -83,12 +87,12 @@ def test_the_record_of_all_is_a_config_of_all():
         (
             [1e-5, "2e-5"],
             "particle.diameter[1]: found the text '2e-5' (write 2.0e-05); "
-            "allowed: number > 0, or list of at least 2 of them, ascending",
+            "allowed: number in [1.0e-08, 1], or list of at least 2 of them, ascending",
         ),
         (
             [-1e-5, 2e-5],
             "particle.diameter[0]: found -1.0e-05; "
-            "allowed: number > 0, or list of at least 2 of them, ascending",
+            "allowed: number in [1.0e-08, 1], or list of at least 2 of them, ascending",
         ),
     ],
 )

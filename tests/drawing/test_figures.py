@@ -1,4 +1,5 @@
 import itertools
+import math
 
 import matplotlib
 import numpy as np
@@ -12,6 +13,7 @@ from synthetic import DEMO_NODES, SINGLE, at_deborah, dns_result, relative, trip
 
 from viscotrain.drawing import conventions, figures, stress_field
 from viscotrain.drawing.style import deborah_colour, fraction_colour
+from viscotrain.fluid.channel import RECTANGLE, CrossSection
 from viscotrain.jobs import datasets, drawings
 from viscotrain.table.assembly import combine
 from viscotrain.table.check import check_errors
@@ -493,3 +495,16 @@ def test_script_from_the_command_line(table, tmp_path):
     done = run_script(*script, "pairs", *files)
     assert done.returncode == 1
     assert done.stderr.startswith("error: figure is 'pairs'")
+
+
+def test_the_spacing_law_of_a_duct_stands_in_the_figure_of_its_spacings(train):
+    """2/3 in a tube, as before; pi/6 in a square, whose data say what is simulated."""
+
+    def law(data):
+        return data.figure.legends[0].get_texts()[0].get_text()
+
+    assert r"$\frac{2}{3}\,(d/D)^2/\phi$" in law(figures.spacing(train))
+    square = CrossSection(RECTANGLE)
+    own = train.assign(mean_spacing_law=train["mean_spacing_law"] * math.pi / 4)
+    words = law(figures.spacing(own.assign_attrs(square.attributes)))
+    assert f"equally spaced: ${math.pi / 6:.3f}\\,(d/D)^2" in words

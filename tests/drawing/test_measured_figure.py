@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from synthetic import SINGLE, at_deborah, triplet
 
-from viscotrain.config.settings import FiguresSettings
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+)
 from viscotrain.drawing import figures, train_figures
 from viscotrain.files import MADE_HERE
 from viscotrain.jobs import datasets

@@ -1,14 +1,22 @@
 """Schematic: real proportions, from the geometry code."""
 
+import math
+
 import harness
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib import image
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from viscotrain.config import stages
 from viscotrain.drawing import schematic
+from viscotrain.drawing.style import Drawing
 from viscotrain.flow.geometry import Geometry
+from viscotrain.fluid.channel import RECTANGLE, CrossSection
 from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.jobs import drawings
 
 
 @pytest.fixture(scope="module", params=["config", "paper", "tiny"])
@@ -76,3 +84,44 @@ def test_everything_is_named(study, drawing):
     ):
         assert word in words
     assert f"outlet, $z$ = {study.channel_length:g} $D$" in words
+
+
+def test_a_duct_has_its_section_and_its_law(study):
+    """A rectangle of 2 : 1 beside the train, with the simulated tube in it; pi/12, not 2/3."""
+    section = CrossSection(RECTANGLE, 2.0)
+    own = schematic.geometry(study.model_copy(update={"section": section}), 1.65)
+    upper, lower = schematic.draw(own).figure.axes
+    drawn = [p for p in lower.patches if isinstance(p, Rectangle)]
+    assert [(p.get_width(), p.get_height()) for p in drawn].count((2.0, 1.0)) == 1
+    dashed = [p for p in lower.patches if isinstance(p, Circle) and p.radius == 0.5]
+    assert len(dashed) == 1 and dashed[0].get_linestyle() == "--"
+    right = drawn[-1].get_x() + drawn[-1].get_width()
+    assert right < lower.get_xlim()[1]
+    words = " ".join(text.get_text() for text in lower.texts)
+    assert "section: rectangular duct, 2 to 1\n(dashed: simulated)" in words
+    assert "in the inscribed tube" in upper.get_title("left")
+    assert f"${math.pi / 12:.3f}\\,\\beta^2/\\phi$" in lower.get_title("left")
+    spacing = float(own["mean_spacing"]) / study.confinement * study.volume_fraction
+    assert spacing == pytest.approx(math.pi / 12 * study.confinement**2)
+
+
+def test_a_note_stands_below_a_figure_and_in_its_data(tmp_path):
+    """It makes the figure higher, and moves nothing, be it a legend outside of the axes."""
+
+    def figure():
+        made = Figure(figsize=(3, 2), layout="constrained")
+        made.subplots().plot([1, 2], [3, 4], label="a line")
+        made.legend(loc="outside lower center")
+        return made
+
+    plain, noted = (
+        drawings.save(Drawing(figure(), xr.Dataset()), tmp_path / name, note=note)
+        for name, note in (("plain", ""), ("noted", "square duct: as in the inscribed tube"))
+    )
+    without, written = (image.imread(paths[0]) for paths in (plain, noted))
+    below = written.shape[0] - without.shape[0]
+    assert below == round(drawings.NOTE_HEIGHT * 200)
+    np.testing.assert_array_equal(written[:-below], without)
+    assert written[-below:].min() < 0.5  # words
+    assert xr.load_dataset(noted[2]).attrs["channel"] == "square duct: as in the inscribed tube"
+    assert "channel" not in xr.load_dataset(plain[2]).attrs

@@ -160,9 +160,13 @@ def test_every_rule_with_a_script_has_the_digest_of_it():
 
 
 def test_no_rule_file_makes_a_name_that_another_could_use():
-    """Names are made in common.smk alone, so the order of the others does not matter."""
-    makes = re.compile(r"^ *(?:\w+ *=[^=]|def |import |from |class |for |with )")
+    """Names are made in common.smk alone, so the order of the others does not matter.
+
+    Or they begin with that of the file, as those of a loop over rules.
+    """
     for path in RULES:
+        own = rf"(?!(?:for )?{path.stem.upper()}_)"
+        makes = re.compile(rf"^ *{own}(?:\w+ *=[^=]|def |import |from |class |for |with )")
         inside = 0  # of brackets, where name = value is an argument
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
             if path.name != "common.smk" and not inside and not line.startswith(" " * 8):

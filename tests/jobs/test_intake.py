@@ -66,7 +66,7 @@ ABSURD = {
     "gap": ({"table__sp": [1 + 1e-12, 2, INF]}, "table.sp[0]: found 1.000000000001; allowed"),
     "distances that are one": (
         {"table__sp": [1.5, 1.5 + 1e-9, INF]},
-        "table.sp[1]: found 1.500000001; allowed: at least 1.001 times the value before it, 1.5",
+        "table.sp[1]: found 1.500000001; allowed: at least 1.0001 times the value before it, 1.5",
     ),
     "a sphere of dust": (
         {"particle__diameter": 1e-7},

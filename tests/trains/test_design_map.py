@@ -12,8 +12,10 @@ from matplotlib.text import Text
 from synthetic import triplet
 
 from viscotrain.drawing import design_figures, figures
+from viscotrain.fluid.channel import RECTANGLE, ROUND, CrossSection
 from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Fluid, Mode
 from viscotrain.fluid.units import physical_units
+from viscotrain.studies.channel_flow import channel_flow
 from viscotrain.trains import design_map, model_error, statistics
 from viscotrain.trains.injection import injection_law
 from viscotrain.trains.repeats import run_repeats
@@ -29,9 +31,11 @@ def alternating(low, high):
     return np.tile([low, high], 50)
 
 
+DEBORAH = {De: De for De in (0.5, 1.0, 5.0)}
+FLOW = channel_flow(NEWTONIAN, DEBORAH, ROUND)
 UNITS = physical_units(
     Fluid(0.051, (Mode(0.257, LAMBDA_1), Mode(0.254, 0.00848))),
-    {De: De for De in (0.5, 1.0, 5.0)},
+    DEBORAH,
     channel_diameter=D,
     particle_diameter=d,
 )
@@ -77,7 +81,7 @@ def hand_made():
             point(5.0, 0.006, lost, memory=(0.09, 0.1)),
         ],
         units=UNITS,
-        fluid=NEWTONIAN,
+        flow=FLOW,
         ordered_variation=0.3,
     )
 
@@ -123,7 +127,7 @@ def test_ordered_position_has_the_range_that_errors_leave():
     """CV 0.5, 0.25, 0.1 with a model error of 0.05 there: crossings of 0.35 and of 0.25."""
     ordering = point(1.0, 0.006, [alternating(2, 6), alternating(3, 5), alternating(3.6, 4.4)])
     ordering["spacing_variation_model_error"][:] = 0.05
-    own = design_map.combine([ordering], units=UNITS, fluid=NEWTONIAN, ordered_variation=0.3)
+    own = design_map.combine([ordering], units=UNITS, flow=FLOW, ordered_variation=0.3)
     assert float(own["ordered_position"][0, 0]) == pytest.approx(80.0)
     assert float(own["ordered_position_earliest"][0, 0]) == pytest.approx(60.0)
     assert float(own["ordered_position_latest"][0, 0]) == pytest.approx(100.0)
@@ -138,7 +142,7 @@ def test_a_map_of_the_feed_has_its_own_axis():
         for De, phi, feed in ((1.0, 0.005, 0.009), (5.0, 0.0055, 0.009), (5.0, 0.006, 0.01))
     ]
     points = [each.assign_attrs(given="feed_volume_fraction") for each in points]
-    own = design_map.combine(points, units=UNITS, fluid=NEWTONIAN, ordered_variation=0.3)
+    own = design_map.combine(points, units=UNITS, flow=FLOW, ordered_variation=0.3)
     assert own["spacing_variation"].dims == ("deborah", "feed_volume_fraction", "station")
     phi = own["volume_fraction"].sel(feed_volume_fraction=0.009)
     np.testing.assert_allclose(phi, [0.005, 0.0055])
@@ -192,10 +196,10 @@ def test_physical_units_by_hand(hand_made):
 
 
 def test_shear_thinning_lowers_the_pressure_drop():
-    fluid = DimensionlessFluid(0.1, (Mode(0.9, 1.0, 0.3),))
+    flow = channel_flow(DimensionlessFluid(0.1, (Mode(0.9, 1.0, 0.3),)), DEBORAH, ROUND)
     points = [point(De, 0.006, [alternating(3, 5)] * 3) for De in (1.0, 5.0)]
-    thinning = design_map.combine(points, units=UNITS, fluid=fluid, ordered_variation=0.3)
-    newtonian = design_map.combine(points, units=UNITS, fluid=NEWTONIAN, ordered_variation=0.3)
+    thinning = design_map.combine(points, units=UNITS, flow=flow, ordered_variation=0.3)
+    newtonian = design_map.combine(points, units=UNITS, flow=FLOW, ordered_variation=0.3)
     share = (thinning["pressure_drop"] / newtonian["pressure_drop"]).isel(station=-1).values
     assert 0.1 < share[1] < share[0] < 1  # 0.1 is that of the solvent alone
 
@@ -301,6 +305,20 @@ def test_spacing_law_of_both_channels(hand_made):
     assert "square channel" in words and "tube" in words and "De = 5" in words
 
 
+def test_spacing_law_of_a_duct_is_its_own():
+    """A flat duct of 2 : 1: pi/12, with the tube beside it, and the name of what is simulated."""
+    section = CrossSection(RECTANGLE, 2.0)
+    points = [point(De, 0.006, [alternating(3, 5)] * 3) for De in (1.0, 5.0)]
+    own = {"units": UNITS, "flow": FLOW, "ordered_variation": 0.3}
+    made = design_map.combine(points, section=section, **own)
+    drawn = figures.draw("spacing_law", made, 0.2)
+    assert drawn.data["duct_d"].iloc[0] == pytest.approx(math.pi / 12 * 0.04 / 0.006)
+    constants = [line.get_ydata()[0] for line in drawn.figure.axes[1].lines[:2]]
+    assert constants == pytest.approx([math.pi / 12, 2 / 3])
+    assert design_map.headline(made)[-1] == section.remark
+    assert "inscribed tube" in section.remark
+
+
 def test_simulated_trains_follow_the_law_of_the_tube():
     """With as many spheres as here, within five standard errors; pi/6 is twenty away."""
     result = run_repeats(
@@ -331,9 +349,9 @@ def test_scripts_from_the_command_line(tiny_table, tmp_path):
         condition = ["--deborah", "1", "--volume-fraction", phi]
         run("trains.py", "--design-map", *condition, tiny_table, f"phi{phi}.nc")
     run("units.py", "units.nc")
-    words = run(
-        "design_map.py", "map.nc", "units.nc", "phi0.015.nc", "phi0.01.nc", "--figures", "figures"
-    )
+    run("channel_flow.py", "flow.nc")
+    files = "units.nc", "flow.nc", "phi0.015.nc", "phi0.01.nc"
+    words = run("design_map.py", "map.nc", *files, "--figures", "figures")
     assert (tmp_path / "figures" / "spacing_law.png").exists()
     assert (tmp_path / "figures" / "design_map.csv").exists()
     assert "of 2 conditions, uniform injection" in words

@@ -216,6 +216,6 @@ def test_the_most_stable_spacing_has_the_shortest_length():
 
 def test_one_train_in_words():
     text = order.of_one_train(table(), 5, 3.0)
-    assert "s = 3 d (phi = 0.889 %)" in text
+    assert "s = 3 d (phi = 0.889 % in a tube)" in text
     assert "the train is stable" in text
     assert "after 1, 3, 10 l" in text

@@ -5,9 +5,11 @@ files; results go to the working directory. One small study is really finished, 
 to repeat a job rests on records that only a finished job leaves.
 """
 
+import math
 import re
 import shutil
 
+import pandas as pd
 import pytest
 import xarray as xr
 import yaml
@@ -27,6 +29,7 @@ AFTER_DNS = {
     "design_points": 1,
     "design_map": 1,
     "order": 1,
+    "operating_conditions": 1,
     "diameter_variation": 1,
     "encapsulation": 1,
     "velocity_figures": 1,
@@ -41,7 +44,8 @@ AFTER_DNS = {
 
 
 COMPUTED = sorted(
-    {path.name for path in CONFIG.glob("*.yaml")} - {"study_trains.yaml", "confinement.yaml"}
+    {path.name for path in CONFIG.glob("*.yaml")}
+    - {"study_trains.yaml", "confinement.yaml", "square.yaml"}
 )
 
 
@@ -51,6 +55,13 @@ def test_trains_of_the_study_need_no_simulation(planned):
     assert jobs["trains"] == 6
     assert {"given_table", "trains", "order", "velocity_figures", "summary"} <= set(jobs)
     assert not {"dns", "field", "table", "film", "design_points"} & set(jobs)
+
+
+def test_a_square_channel_needs_no_simulation_either(planned):
+    jobs, geometries = planned("--configfile", "config/square.yaml")
+    assert not geometries
+    expected = {"given_table": 1, "channel_flow": 1, "operating_conditions": 1, "trains": 2}
+    assert expected.items() <= jobs.items()
 
 
 @pytest.mark.parametrize("config", COMPUTED)
@@ -69,6 +80,7 @@ def test_every_shipped_config_has_a_plan(config, planned):
         "study_figures": 1,
         "study_config": 1,
         "units": 1,
+        "channel_flow": 1,
         "field": 1,
         "other_diameter": 4,
     }
@@ -336,10 +348,41 @@ def test_other_trains_simulate_no_flow(finished):
         "study_config": 1,
         "study_figures": 1,
         "train_figures": 1,
+        "operating_conditions": 1,
         "interactive": 1,
         "summary": 1,
         "all": 1,
     }
+
+
+@pytest.mark.slow
+def test_a_square_channel_takes_the_flows_of_the_tube_and_says_so(finished):
+    """The same triplets; trains, flow rate and pressure are the square's, and all say so."""
+    before = xr.load_dataset(finished.folder / "results/small/trains/De1_phi0.01.nc")
+    square = {"shape": "square", "side": SMALL["channel"]["diameter"], "length": 20}
+    config = finished.configured(SMALL | {"channel": square})
+    jobs, _ = finished.plan("--configfile", config)
+    assert not {"dns", "field", "table"} & set(jobs)
+    assert {"trains", "design_points", "film", "order", "channel_flow"} <= set(jobs)
+    done = finished.snakemake("--cores", "2", "--configfile", config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = finished.folder / "results" / "small"
+    said = "square duct: interactions are those of the inscribed tube"
+    for name in ("order/order", "design_map/design_map", "trains/De1_phi0.01", "channel_flow"):
+        assert xr.load_dataset(results / f"{name}.nc").attrs["channel"] == said, name
+    for name in ("summary.txt", "interactive.html"):
+        assert said in (results / name).read_text(encoding="utf-8"), name
+    train = xr.load_dataset(results / "trains/De1_phi0.01.nc")
+    flow = xr.load_dataset(results / "channel_flow.nc").sel(deborah=1)
+    law = float(train["mean_spacing_law"] / before["mean_spacing_law"])
+    assert law == pytest.approx(math.pi / 4)
+    faster = float(train["isolated_velocity"] - before["isolated_velocity"])
+    drift = float(flow["centreline_velocity"] - before["centreline_velocity"])
+    assert faster == pytest.approx(drift, abs=1e-12) and 0.05 < drift < 0.15
+    rows = pd.read_csv(results / "operating_conditions.csv")
+    assert len(rows) == 2  # that of the trains is one of the map
+    Q = 1 * 100e-6 / 0.0752 * 100e-6**2 * 60e9
+    assert rows["flow_rate_uL_min-1"].to_numpy() == pytest.approx(Q)
 
 
 @pytest.mark.slow
@@ -426,6 +469,7 @@ def test_code_of_the_physics_repeats_every_simulation(finished):
 
 PHYSICAL = {"units": 1, "study_config": 1, "design_map": 1, "movies": 1, "order": 1}
 PHYSICAL |= {"interactive": 1, "train_figures": 1, "encapsulation": 1}
+PHYSICAL |= {"operating_conditions": 1}
 PHYSICAL |= {"summary": 1, "all": 1}
 
 
@@ -639,18 +683,31 @@ SWEPT = SMALL | {"study": "swept", "particle": {"diameter": [20e-6, 30e-6]}}
 OF_ONE = {"beta0_2_", "beta0_3_"}
 
 
-def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
-    alone, _ = project.plan("--configfile", project.configured(SMALL))
-    done = project.snakemake("--dry-run", "--configfile", project.configured(SWEPT))
+def counted(project, study, *target) -> dict[str, int]:
+    """Jobs of each rule in the plan for a study."""
+    config = project.configured(study)
+    done = project.snakemake("--dry-run", "--configfile", config, "--", *target)
     counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
-    own = {"confinement": 1, "study_config": 1, "all": 1}
-    total = counts.pop("total")
+    del counts["total"]
+    return counts
+
+
+def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
+    alone, swept = counted(project, SMALL), counted(project, SWEPT)
+    del alone["all"]
     for prefix in OF_ONE:
-        jobs = {n.removeprefix(prefix): k for n, k in counts.items() if n.startswith(prefix)}
-        jobs["dns"] += jobs.pop("dns_single_sphere")
-        assert jobs == {name: count for name, count in alone.items() if name != "all"}
-    assert {n: k for n, k in counts.items() if not n.startswith(tuple(OF_ONE))} == own
-    assert total == 2 * (sum(alone.values()) - 1) + 3
+        assert {
+            n.removeprefix(prefix): k for n, k in swept.items() if n.startswith(prefix)
+        } == alone
+    own = {name for name in swept if not name.startswith(tuple(OF_ONE))}
+    assert own == {"confinement", "study_config", "all"}
+
+
+def test_all_of_one_diameter_makes_nothing_of_another(project):
+    jobs = counted(project, SWEPT | {"movies": {"deborah": []}}, "beta0_3_all")
+    assert all(name.startswith("beta0_3_") for name in jobs)
+    assert jobs["beta0_3_interactive"] == 1
+    assert "beta0_3_film" not in jobs
 
 
 @pytest.mark.parametrize(
@@ -658,12 +715,10 @@ def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
     [("order", {"order"}), ("verification", {"verification"}), ("units", {"units"})],
 )
 def test_what_is_asked_for_by_name_is_made_of_every_diameter(target, own, project):
-    config = project.configured(SWEPT)
-    done = project.snakemake("--dry-run", "--configfile", config, "--", target)
-    counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
+    jobs = counted(project, SWEPT, target)
     name = "verification_report" if target == "verification" else target
-    assert all(counts[prefix + name] == 1 for prefix in OF_ONE)
-    assert {rule for rule in counts if not rule.startswith(tuple(OF_ONE))} == own | {"total"}
+    assert all(jobs[prefix + name] == 1 for prefix in OF_ONE)
+    assert {rule for rule in jobs if not rule.startswith(tuple(OF_ONE))} == own
 
 
 def test_a_list_of_diameters_that_is_wrong_stops_before_any_job(project):
@@ -678,9 +733,8 @@ def test_a_list_of_diameters_that_is_wrong_stops_before_any_job(project):
 def test_a_fluid_that_is_fitted_is_fitted_for_every_diameter(project):
     fitted(project)
     study = SWEPT | {"fluid": {"data": ["data/rheology.csv"]}}
-    done = project.snakemake("--dry-run", "--configfile", project.configured(study))
-    counts = dict(JOB_COUNT.findall(output(done)))
-    assert all(counts[f"{prefix}fluid_fit"] == "1" for prefix in OF_ONE)
+    jobs = counted(project, study)
+    assert all(jobs[f"{prefix}fluid_fit"] == 1 for prefix in OF_ONE)
 
 
 @pytest.mark.slow

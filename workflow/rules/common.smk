@@ -48,10 +48,14 @@ LOGS = f"{RESULTS}/logs"
 FIGURES = f"{RESULTS}/figures"
 TABLE = f"{RESULTS}/table/velocity_table.nc"
 UNITS = f"{RESULTS}/units.nc"
+CHANNEL_FLOW = f"{RESULTS}/channel_flow.nc"
+CONDITIONS = f"{RESULTS}/operating_conditions.nc"
 CHECKS = f"{RESULTS}/verification"
 ENVIRONMENT = "../../envs/viscotrain.yaml"
 # What every job needs whose fluid is fitted, and nothing for a config that writes its fluid.
 FITTED_FLUID = {"fluid": fitted_fluid_file(STUDY)} if MEASURED else {}
+# What moves spheres of a duct on, and nothing for a tube, which is what is simulated.
+DUCT = {"duct": CHANNEL_FLOW} if STUDY.channel.section.is_duct else {}
 FIT = {"source": f"{RESULTS}/fluid_fit/fit.nc"} if MEASURED else {}
 NUMBER_OF_DRAWS = STUDY.fluid.fit.draws if MEASURED else 0
 SPREAD = [f"{RESULTS}/fit_spread/fit_spread.nc"] if NUMBER_OF_DRAWS else []
@@ -183,12 +187,16 @@ TRAIN = "De{deborah}_phi{volume_fraction}"
 
 
 def everything(rules):
-    """All that the stages of a run make, so that whatever is missing is made again."""
+    """All that the stages of a run make, so that whatever is missing is made again.
+
+    The rules may be those of several diameters; each has a folder of its own.
+    """
     return [
         file
         for rule in rules
         if os.path.basename(str(rule.snakefile)) not in ON_REQUEST
         for pattern in rule.output
+        if str(pattern).startswith(f"{RESULTS}/")
         for file in instances(rule.name, str(pattern))
     ]
 
@@ -197,7 +205,7 @@ def instances(rule, pattern):
     """The files that a pattern of an output stands for; it has the constraints of wildcards."""
     pattern = re.sub(r"{(\w+),[^}]*}", r"{\1}", pattern)
     if TRAIN in pattern:
-        trains = MOVIES if rule in ("film", "movies") else TRAINS
+        trains = MOVIES if rule.endswith(("film", "movies")) else TRAINS
         return [pattern.replace(TRAIN, train) for train in trains]
     if "{diameter_ratio}" in pattern:
         sphere = "sp{sp}_sf{sf}_d{diameter_ratio}"
@@ -246,6 +254,15 @@ def simulating(names, most=8):
     shown = new or names
     more = f" and {len(shown) - most} more" if len(shown) > most else ""
     return f"Simulating {', '.join(shown[:most])}{more}"
+
+
+def verifiable(wildcards):
+    """No file; an error if the section asks for what this study cannot give."""
+    try:
+        check_verification(STUDY, ", ".join(map(str, workflow.configfiles)))
+    except ConfigError as error:
+        raise WorkflowError(str(error)) from None
+    return []
 
 
 # ----------------------------------------------------------------------------------- resources

@@ -3,8 +3,8 @@
 
 rule design_map:
     input:
-        **FITTED_FLUID,
         units=UNITS,
+        flow=CHANNEL_FLOW,
         points=expand(f"{RESULTS}/design_map/{{train}}.nc", train=MAP),
     output:
         result=f"{RESULTS}/design_map/design_map.nc",

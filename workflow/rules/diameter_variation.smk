@@ -3,6 +3,7 @@
 
 rule diameter_variation:
     input:
+        **DUCT,
         table=TABLE,
     output:
         result=f"{RESULTS}/diameter_variation/diameter_variation.nc",

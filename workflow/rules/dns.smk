@@ -3,39 +3,39 @@
 A job solves several of them, and is a rule of its own since Snakemake cannot compute outputs.
 """
 
-for number, geometries in enumerate(DNS_JOBS, 1):
-    names = [geometry_name(*geometry) for geometry in geometries]
+for DNS_NUMBER, DNS_GEOMETRIES in enumerate(DNS_JOBS, 1):
+    DNS_NAMES = [geometry_name(*geometry) for geometry in DNS_GEOMETRIES]
 
     rule:
         name:
-            f"dns_{number}"
+            f"dns_{DNS_NUMBER}"
         input:
             **FITTED_FLUID,
         output:
             **(
                 {
                     "fields": [
-                        kept(directory(f"{RESULTS}/dns/{name}")) for name in names
+                        kept(directory(f"{RESULTS}/dns/{name}")) for name in DNS_NAMES
                     ]
                 }
                 if STUDY.dns.save_fields
                 else {}
             ),
-            result=[kept(f"{RESULTS}/dns/{name}.nc") for name in names],
-            timing=[kept(f"{RESULTS}/dns/timing/{name}.csv") for name in names],
+            result=[kept(f"{RESULTS}/dns/{name}.nc") for name in DNS_NAMES],
+            timing=[kept(f"{RESULTS}/dns/timing/{name}.csv") for name in DNS_NAMES],
         log:
-            f"{LOGS}/dns/job_{number}.log",
+            f"{LOGS}/dns/job_{DNS_NUMBER}.log",
         # Where the single sphere cannot be solved nothing can, and every table needs it.
-        priority: int((math.inf, math.inf) in geometries)
+        priority: int((math.inf, math.inf) in DNS_GEOMETRIES)
         conda:
             ENVIRONMENT
         threads: 1
         resources:
-            **solving("dns", len(geometries)),
+            **solving("dns", len(DNS_GEOMETRIES)),
         params:
-            **given("dns", stages.dns(STUDY, *geometries[0])),
+            **given("dns", stages.dns(STUDY, *DNS_GEOMETRIES[0])),
         message:
-            simulating(names)
+            simulating(DNS_NAMES)
         script:
             "../../scripts/dns.py"
 

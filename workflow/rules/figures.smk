@@ -5,6 +5,7 @@ Those of movies and design map are drawn where these are made."""
 
 rule study_figures:
     input:
+        **DUCT,
         **FITTED_FLUID,
         **FIT,
     output:

@@ -3,6 +3,7 @@
 
 rule film:
     input:
+        **DUCT,
         table=TABLE,
         trains=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",
     output:

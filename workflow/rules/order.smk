@@ -4,6 +4,7 @@
 rule order:
     input:
         **({"simulated": f"{RESULTS}/design_map/design_map.nc"} if MAP else {}),
+        **DUCT,
         table=TABLE,
         units=UNITS,
     output:

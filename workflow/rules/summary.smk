@@ -5,6 +5,7 @@ rule summary:
     input:
         table=TABLE,
         units=UNITS,
+        conditions=CONDITIONS,
         spread=SPREAD,
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
         measured=[

@@ -6,6 +6,7 @@ Those of the design map are recorded elsewhere; one job makes all volume fractio
 
 rule trains:
     input:
+        **DUCT,
         table=TABLE,
     output:
         trains=f"{RESULTS}/trains/De{{deborah}}_phi{{volume_fraction}}.nc",

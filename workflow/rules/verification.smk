@@ -1,15 +1,6 @@
 """Verification of a study, on request (`snakemake verification`): is each number to be trusted?"""
 
 
-def verifiable(wildcards):
-    """No file; an error if the section asks for what this study cannot give."""
-    try:
-        check_verification(STUDY, ", ".join(map(str, workflow.configfiles)))
-    except ConfigError as error:
-        raise WorkflowError(str(error)) from None
-    return []
-
-
 rule verification:
     input:
         expand(f"{CHECKS}/{{report}}.png", report=REPORTS),

@@ -7,9 +7,9 @@ default stand. What a single key may hold stands in the models, what keys must a
 Nothing in this room imports NGSolve or numpy: the workflow reads it for every job.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import Field, WithJsonSchema, model_serializer
+from pydantic import model_serializer
 
 from viscotrain.config.keys import (
     LONGEST_TIME,
@@ -106,6 +106,13 @@ class FluidConfig(Section):
         allowed="list of paths without braces, at least 1, none twice, in place of modes",
     )
     fit: FluidFitConfig = FluidFitConfig()
+    density: float = key(
+        "density of the fluid, for its Reynolds number; the default is that of water",
+        symbol="rho",
+        unit="kg/m^3",
+        default=1000.0,
+        gt=0,
+    )
 
     @model_serializer(mode="wrap")
     def _as_written(self, serialize) -> dict[str, Any]:
@@ -126,44 +133,6 @@ class FluidConfig(Section):
         assert self.solvent_viscosity is not None  # as `problems` demands, or fitted with the modes
         modes = (Mode(**mode.model_dump()) for mode in self.modes)
         return Fluid(self.solvent_viscosity, tuple(modes))
-
-
-class ChannelConfig(Section):
-    """The cylindrical channel."""
-
-    diameter: float = key("inner diameter of the channel", symbol="D", unit="m", ge=1e-6, le=1)
-    length: float = key("length of the channel", symbol="L", unit="D", gt=0, le=100_000)
-
-
-_DIAMETER = {"type": "number", "minimum": 1e-8, "maximum": 1}
-# One number here; a config with several of them is several studies, see `sweep`.
-Diameter = Annotated[
-    float,
-    Field(ge=1e-8, le=1),
-    WithJsonSchema(_DIAMETER | {"type": ["number", "array"], "items": _DIAMETER, "minItems": 2}),
-]
-
-
-class ParticleConfig(Section):
-    """The spheres: all equal, or of diameters that vary about a mean."""
-
-    diameter: Diameter = key(
-        "mean diameter of the spheres, less than channel.diameter and at least a hundredth "
-        "of it; of several, everything is made "
-        "for each in `results/<study>/beta<d/D>/`, and compared",
-        symbol="d",
-        unit="m",
-        allowed="number in [1.0e-08, 1], or list of at least 2 of them, ascending",
-    )
-    diameter_variation: float = key(
-        "coefficient of variation of the diameters in trains: normally distributed, cut at three "
-        "standard deviations. A sphere's velocity follows its diameter to first order; 0 = all "
-        "equal",
-        unit="1",
-        default=0.0,
-        ge=0,
-        le=0.1,
-    )
 
 
 class DeborahConfig(Section):

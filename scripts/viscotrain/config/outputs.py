@@ -32,8 +32,8 @@ class TrainsConfig(Section):
         rule="each one of deborah.values, none twice",
     )
     volume_fraction: ListOf[VolumeFraction] | None = key(
-        "volume fractions of the spheres in the channel; the mean spacing (2/3) (d/D)^2/phi "
-        "must exceed contact, 1",
+        "volume fractions of the spheres in the channel; the mean spacing, (2/3) (d/D)^2/phi "
+        "in a tube, must exceed contact, 1",
         symbol="phi",
         unit="1",
         default=None,

@@ -11,63 +11,19 @@ Two kinds of problems end in the same form, `key: found ...; allowed: ...`:
 import contextlib
 import itertools
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
+from viscotrain.config.device_problems import (
+    section_of,
+    sides_suit_the_shape,
+    sphere_fits_channel,
+)
+from viscotrain.config.readable import Check, Readable, Unreadable, conflict
 from viscotrain.config.wording import Problem, shown
-from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.words import FASTEST, FEWEST_TRAIN_SPHERES
 
-SMALLEST_CONFINEMENT = 0.01  # d/D: smaller spheres do not feel the channel, and mesh does not end
-CLOSEST_NODES = 1.001  # ratio of neighbouring distances: closer ones make an interpolant of noise
+CLOSEST_NODES = 1.0001  # ratio of neighbouring distances: closer ones make an interpolant of noise
 INFINITY = math.inf  # the distance to a neighbour that does not exist
-
-
-class _Unreadable(Exception):
-    """A check needs a key that is missing or wrong itself."""
-
-
-class Readable:
-    """The part of a config that can be checked although other parts are wrong."""
-
-    def __init__(self, data: Any, wrong: Collection[tuple] = ()):
-        self._data = data
-        self._wrong = wrong
-
-    def value(self, key: str) -> Any:
-        """The value of a dotted key, or `_Unreadable`."""
-        path = tuple(key.split("."))
-        value = self._data
-        for depth in range(len(path) + 1):
-            if path[:depth] in self._wrong:
-                raise _Unreadable(key)
-            if depth:
-                try:
-                    value = value[path[depth - 1]]
-                except (KeyError, TypeError) as error:
-                    raise _Unreadable(key) from error
-        return value
-
-    def items(self, key: str) -> list:
-        """The items of a list, None in the place of a wrong one; none of a key that is null."""
-        path = tuple(key.split("."))
-        items = enumerate(self.value(key) or ())
-        return [None if (*path, index) in self._wrong else item for index, item in items]
-
-    def indexed(self, key: str) -> list[tuple[tuple, Any]]:
-        """Location and value of the items of a list that are right, or of a single value.
-
-        None of a key that is left to the default, null.
-        """
-        path = tuple(key.split("."))
-        if self.value(key) is None:
-            return []
-        if not isinstance(self.value(key), Sequence):
-            return [(path, self.value(key))]
-        return [((*path, i), item) for i, item in enumerate(self.items(key)) if item is not None]
-
-
-Check = Callable[[Readable], Iterator[Problem]]
 
 
 def disagreements(config: Readable) -> list[Problem]:
@@ -83,13 +39,9 @@ def disagreements_of_verification(config: Readable) -> list[Problem]:
 def _found(checks: Sequence[Check], config: Readable) -> list[Problem]:
     problems: list[Problem] = []
     for check in checks:
-        with contextlib.suppress(_Unreadable):
+        with contextlib.suppress(Unreadable):
             problems.extend(check(config))
     return problems
-
-
-def _conflict(location: tuple, found: Any, allowed: str) -> Problem:
-    return Problem(location, f"found {shown(found)}; allowed: {allowed}")
 
 
 def _ascending(key: str, ratio: float = 1.0):
@@ -99,10 +51,10 @@ def _ascending(key: str, ratio: float = 1.0):
         for (_, before), (location, value) in itertools.pairwise(config.indexed(key)):
             if not value > before:
                 allowed = f"more than the value before it, {shown(before)}"
-                yield _conflict(location, value, allowed)
+                yield conflict(location, value, allowed)
             elif value < ratio * before:
                 allowed = f"at least {ratio:g} times the value before it, {shown(before)}"
-                yield _conflict(location, value, allowed)
+                yield conflict(location, value, allowed)
 
     return check
 
@@ -111,7 +63,7 @@ def _descending(key: str):
     def check(config: Readable) -> Iterator[Problem]:
         for (_, before), (location, value) in itertools.pairwise(config.indexed(key)):
             if not value < before:
-                yield _conflict(location, value, f"less than the value before it, {shown(before)}")
+                yield conflict(location, value, f"less than the value before it, {shown(before)}")
 
     return check
 
@@ -132,7 +84,7 @@ def _closed(key: str):
         items = config.items(key)
         if items and items[-1] not in (None, INFINITY):
             allowed = ".inf (no neighbour), so that the table needs no extrapolation"
-            yield _conflict(
+            yield conflict(
                 (*key.split("."), len(items) - 1), items[-1], f"as the last one {allowed}"
             )
 
@@ -150,7 +102,7 @@ def _member(key: str, of: str, default: str = ""):
         for location, value in config.indexed(key):
             if value not in values:
                 allowed = f"one of {name} ({', '.join(map(shown, values))})"
-                yield _conflict(location, value, allowed)
+                yield conflict(location, value, allowed)
 
     return check
 
@@ -173,10 +125,10 @@ def _every_second_is_checked(config: Readable) -> Iterator[Problem]:
     smallest = config.items("deborah.values")[0]
     for location, De in config.indexed("table.every_second"):
         if De == smallest:
-            yield _conflict(location, De, "a Deborah number with a smaller one to start from")
+            yield conflict(location, De, "a Deborah number with a smaller one to start from")
     if config.value("table.every_second") and config.value("table.check") == 0:
         allowed = "at least 1 with table.every_second, whose error it measures"
-        yield _conflict(("table", "check"), 0, allowed)
+        yield conflict(("table", "check"), 0, allowed)
 
 
 def _fluid_is_written_or_fitted(config: Readable) -> Iterator[Problem]:
@@ -204,7 +156,7 @@ def _of_fitted_modes(key: str):
         count = config.value("fluid.fit.modes")
         for location, value in config.indexed(key):
             if count is not None and location[-1] >= count:
-                yield _conflict(location, value, f"at most {count} in the list, fluid.fit.modes")
+                yield conflict(location, value, f"at most {count} in the list, fluid.fit.modes")
 
     return check
 
@@ -215,7 +167,7 @@ def _deborah_needs_modes(config: Readable) -> Iterator[Problem]:
         return
     for location, De in config.indexed("deborah.values"):
         if De > 0:
-            yield _conflict(location, De, "0, because fluid.modes is empty: no relaxation time")
+            yield conflict(location, De, "0, because fluid.modes is empty: no relaxation time")
 
 
 def _start_up_needs_modes(config: Readable) -> Iterator[Problem]:
@@ -223,12 +175,12 @@ def _start_up_needs_modes(config: Readable) -> Iterator[Problem]:
     modes = config.value("fluid.modes")
     if points and modes is not None and len(modes) == 0:
         location = ("verification", "transient")
-        yield _conflict(location, len(points), "none, because fluid.modes is empty: no start-up")
+        yield conflict(location, len(points), "none, because fluid.modes is empty: no start-up")
 
 
 def _switched_off(config: Readable, section: str) -> bool:
     """Whether a section makes nothing, because its list of Deborah numbers is empty."""
-    with contextlib.suppress(_Unreadable):
+    with contextlib.suppress(Unreadable):
         found = config.value(f"{section}.deborah")
         return isinstance(found, Sequence) and len(found) == 0
     return False
@@ -240,15 +192,6 @@ def _if_made(section: str, check: Check) -> Check:
             yield from check(config)
 
     return of_section
-
-
-def _sphere_fits_tube(config: Readable) -> Iterator[Problem]:
-    d, D = config.value("particle.diameter"), config.value("channel.diameter")
-    if d >= D:
-        yield _conflict(("particle", "diameter"), d, f"less than channel.diameter, {shown(D)}")
-    elif d < SMALLEST_CONFINEMENT * D:
-        allowed = f"at least a hundredth of channel.diameter, {shown(D)}"
-        yield _conflict(("particle", "diameter"), d, allowed)
 
 
 def _one_way_to_say_how_much(section: str, needed: bool):
@@ -279,7 +222,7 @@ def _movies_of_trains(config: Readable) -> Iterator[Problem]:
 
 
 def _given(config: Readable, key: str) -> bool:
-    with contextlib.suppress(_Unreadable):
+    with contextlib.suppress(Unreadable):
         return config.value(key) is not None
     return False
 
@@ -289,20 +232,21 @@ def _volume_fractions(config: Readable) -> Iterator[tuple[tuple, float, float]]:
     sections = ("trains",) if _switched_off(config, "design_map") else ("trains", "design_map")
     for section in sections:
         for key, ratio in (("volume_fraction", 1.0), ("feed_volume_fraction", FASTEST)):
-            with contextlib.suppress(_Unreadable):
+            with contextlib.suppress(Unreadable):
                 for location, fraction in config.indexed(f"{section}.{key}"):
                     yield location, fraction, ratio
 
 
 def _spheres_without_contact(config: Readable) -> Iterator[Problem]:
-    beta = config.value("particle.diameter") / config.value("channel.diameter")
+    _, D, section = section_of(config)
+    beta = config.value("particle.diameter") / D
     if beta >= 1:
         return
     for location, phi, ratio in _volume_fractions(config):
-        spacing = ratio * mean_spacing(beta, phi)
+        spacing = ratio * section.mean_spacing(beta, phi)
         if spacing <= 1:
-            limit = ratio * mean_spacing(beta, 1)
-            yield _conflict(
+            limit = ratio * section.mean_spacing(beta, 1)
+            yield conflict(
                 location,
                 phi,
                 f"less than {limit:.4g} for d/D = {beta:.4g}; the mean spacing would be "
@@ -311,30 +255,30 @@ def _spheres_without_contact(config: Readable) -> Iterator[Problem]:
 
 
 def _channel_holds_train(config: Readable) -> Iterator[Problem]:
-    length = config.value("channel.length")
-    beta = config.value("particle.diameter") / config.value("channel.diameter")
+    length, (_, D, section) = config.value("channel.length"), section_of(config)
+    beta = config.value("particle.diameter") / D
     fractions = [phi for _, phi, _ in _volume_fractions(config)]  # of the feed: phi is less
     if beta >= 1 or not fractions:
         return
     phi = min(fractions)
-    shortest = FEWEST_TRAIN_SPHERES * mean_spacing(beta, phi) * beta
+    shortest = FEWEST_TRAIN_SPHERES * section.mean_spacing(beta, phi) * beta
     if length < shortest:
         allowed = f"at least {shortest:.4g}, three mean spacings at volume fraction {shown(phi)}"
-        yield _conflict(("channel", "length"), length, allowed)
+        yield conflict(("channel", "length"), length, allowed)
 
 
 def _stations_in_channel(config: Readable) -> Iterator[Problem]:
     length = config.value("channel.length")
     for location, station in config.indexed("trains.stations"):
         if station > length:
-            yield _conflict(location, station, f"at most channel.length, {shown(length)}")
+            yield conflict(location, station, f"at most channel.length, {shown(length)}")
 
 
 def _view_in_channel(config: Readable) -> Iterator[Problem]:
     length, key = config.value("channel.length"), "movies.field_of_view"
     for location, view in config.indexed(key):
         if view > length:
-            yield _conflict(location, view, f"at most channel.length, {shown(length)}")
+            yield conflict(location, view, f"at most channel.length, {shown(length)}")
 
 
 _CHECKS: tuple[Check, ...] = (
@@ -344,7 +288,8 @@ _CHECKS: tuple[Check, ...] = (
     _of_fitted_modes("fluid.fit.mobilities"),
     _descending("fluid.fit.relaxation_times"),
     _deborah_needs_modes,
-    _sphere_fits_tube,
+    sides_suit_the_shape,
+    sphere_fits_channel,
     _channel_holds_train,
     _ascending("deborah.values"),
     _table_is_computed_or_given,

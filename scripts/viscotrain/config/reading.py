@@ -97,8 +97,9 @@ def with_fluid(study: Study, fluid: FluidConfig) -> Study:
     Raises:
         ConfigError: The study cannot be made with this fluid.
     """
+    own = fluid.model_copy(update={"density": study.fluid.density})  # which is not fitted
     return parse_study(
-        study.model_dump() | {"fluid": fluid.model_dump()}, source=f"study {study.study}"
+        study.model_dump() | {"fluid": own.model_dump()}, source=f"study {study.study}"
     )
 
 

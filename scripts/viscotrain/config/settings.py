@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict
 
 from viscotrain.config.models import FluidConfig, Resolution, TransientConfig
 from viscotrain.errors import FluidError
+from viscotrain.fluid.channel import CrossSection
 from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
 
 DIGITS = 12  # far below the accuracy of any result, far above what a division rounds off
@@ -78,7 +79,8 @@ class StudyConfigSettings(Settings):
 
     def with_fluid(self, fluid: Fluid) -> Self:
         """With the fluid as a config writes it."""
-        written = FluidConfig.model_validate(asdict(fluid)).model_dump()
+        density = self.config["fluid"]["density"]
+        written = FluidConfig.model_validate(asdict(fluid) | {"density": density}).model_dump()
         return self.model_copy(update={"config": self.config | {"fluid": written}})
 
 
@@ -229,6 +231,7 @@ class TrainsSettings(Settings):
     memory: float
     diameter_variation: float
     confinement: float
+    section: CrossSection
     length: float
     stations: tuple[float, ...]
     repeats: int
@@ -259,7 +262,14 @@ class OrderSettings(ConditionsSettings):
     injection: str
     feed: bool
     confinement: float
+    section: CrossSection
     length: float
+
+
+class ChannelFlowSettings(CaseSettings):
+    """The flow without spheres, in a channel of some section."""
+
+    section: CrossSection
 
 
 class DiameterVariationSettings(ConditionsSettings):
@@ -282,6 +292,7 @@ class FilmSettings(Settings):
     field_of_view: float
     interval: float
     frames: int
+    section: CrossSection
 
 
 class MoviesSettings(Settings):
@@ -292,16 +303,11 @@ class MoviesSettings(Settings):
 
 
 class DesignMapSettings(Settings):
-    """The design map: when a train counts as ordered, and the fluid for its pressure drop."""
+    """The design map: when a train counts as ordered."""
 
     confinement: float
+    section: CrossSection
     ordered_variation: float
-    dimensionless_fluid: DimensionlessFluid | None
-
-    def with_fluid(self, fluid: Fluid) -> Self:
-        """With the fluid in its place."""
-        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
-        return self.model_copy(update={"dimensionless_fluid": scaled})
 
 
 class EncapsulationSettings(Settings):
@@ -309,87 +315,6 @@ class EncapsulationSettings(Settings):
 
     droplet_frequency: float | None
     bead_rate: float | None
-
-
-class SchematicSettings(Settings):
-    """What is drawn to scale: distances in d, lengths in D; a volume fraction, at one De."""
-
-    confinement: float
-    sp: tuple[float, ...]
-    sf: tuple[float, ...]
-    margin: float
-    volume_fraction: float
-    feed: bool
-    deborah: float
-    channel_length: float
-
-
-class RheologySettings(Settings):
-    """The fluid in physical units, and the Deborah numbers at which the study uses it."""
-
-    fluid: Fluid | None
-    deborah: tuple[float, ...]
-    mean: bool
-
-    @property
-    def known_fluid(self) -> Fluid:
-        """The fluid of a job that computes."""
-        assert self.fluid is not None  # a job has it, by `with_fluid` if fitted
-        return self.fluid
-
-    def with_fluid(self, fluid: Fluid) -> Self:
-        """With the fluid in its place."""
-        return self.model_copy(update={"fluid": fluid})
-
-    def longest_modes(self) -> dict[float, float]:
-        """lambda_1 Ubar/D by De of the study."""
-        fluid = self.known_fluid
-        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
-        return {De: longest_mode(De, scaled, self.mean) for De in self.deborah}
-
-    def shear_rates(self) -> dict[float, float]:
-        """Mean velocity over channel diameter, in 1/s, by De of the study, without De = 0."""
-        fluid = self.known_fluid
-        rates = {} if not fluid.modes else self.longest_modes()
-        return {De: rate / fluid.longest_relaxation_time for De, rate in rates.items() if De > 0}
-
-
-class UnitsSettings(RheologySettings):
-    """The same fluid in its device: diameters of channel and particles in m."""
-
-    channel_diameter: float
-    particle_diameter: float
-
-
-class FitSpreadSettings(RheologySettings):
-    """Draws of the fitted fluid in a channel: D in m, length in D; the config that they change."""
-
-    draws: int
-    channel_diameter: float
-    channel_length: float
-    config: dict[str, Any]
-
-    def relaxation_time(self, fluid: Fluid) -> float:
-        """The one in s that De of the study is defined by; 1 without modes, where De is 0."""
-        if not fluid.modes:
-            return 1.0
-        scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
-        share = scaled.mean_relaxation_time if self.mean else 1.0
-        return fluid.longest_relaxation_time * share
-
-
-class FiguresSettings(Settings):
-    """What figures need besides their data; the last two for those of the study itself."""
-
-    confinement: float
-    schematic: SchematicSettings | None = None
-    rheology: RheologySettings | None = None
-
-    def with_fluid(self, fluid: Fluid) -> Self:
-        """With the fluid that is drawn in its place."""
-        if self.rheology is None:
-            return self
-        return self.model_copy(update={"rheology": self.rheology.with_fluid(fluid)})
 
 
 def longest_mode(deborah: float, fluid: DimensionlessFluid | None, mean: bool) -> float:

@@ -7,10 +7,19 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+    FitSpreadSettings,
+    OperatingConditionsSettings,
+    RheologySettings,
+    SchematicSettings,
+    UnitsSettings,
+)
 from viscotrain.config.geometries import pair_distances, simulated_deborahs
 from viscotrain.config.models import Resolution
 from viscotrain.config.settings import (
     CaseSettings,
+    ChannelFlowSettings,
     ClosureGapSettings,
     ClosureTrainSettings,
     ConfinementSettings,
@@ -18,21 +27,16 @@ from viscotrain.config.settings import (
     DiameterVariationSettings,
     EncapsulationSettings,
     FieldSettings,
-    FiguresSettings,
     FilmSettings,
-    FitSpreadSettings,
     FlowSettings,
     FluidFitSettings,
     MeasuredSettings,
     MoviesSettings,
     OrderSettings,
-    RheologySettings,
-    SchematicSettings,
     StudyConfigSettings,
     TableSettings,
     TrainsSettings,
     TransientSettings,
-    UnitsSettings,
     longest_mode,
 )
 from viscotrain.config.study import Study
@@ -169,6 +173,7 @@ def trains(study: Study) -> TrainsSettings:
         memory=study.trains.memory,
         diameter_variation=study.particle.diameter_variation,
         confinement=study.confinement,
+        section=study.channel.section,
         length=study.channel.length,
         stations=study.stations,
         repeats=study.trains.repeats,
@@ -206,6 +211,7 @@ def order(study: Study) -> OrderSettings:
         injection=study.trains.injection,
         feed=study.trains.feed,
         confinement=study.confinement,
+        section=study.channel.section,
         length=study.channel.length,
         deborah=study.train_deborahs,
         fractions=study.trains.fractions,
@@ -245,6 +251,7 @@ def film(study: Study) -> FilmSettings:
         field_of_view=study.movie_field_of_view(),
         interval=study.movies.interval,
         frames=study.movies.frames,
+        section=study.channel.section,
     )
 
 
@@ -257,8 +264,8 @@ def design_map(study: Study) -> DesignMapSettings:
     """The map of all conditions."""
     return DesignMapSettings(
         confinement=study.confinement,
+        section=study.channel.section,
         ordered_variation=study.design_map.ordered_variation,
-        dimensionless_fluid=_scaled(study),
     )
 
 
@@ -272,9 +279,12 @@ def encapsulation(study: Study) -> EncapsulationSettings:
 def figures(study: Study, name: str = "") -> FiguresSettings:
     """Figures that show data; with the `name` of one of the study itself, those."""
     if name not in OF_THE_STUDY:
-        return FiguresSettings(confinement=study.confinement)
+        return FiguresSettings(confinement=study.confinement, section=study.channel.section)
     return FiguresSettings(
-        confinement=study.confinement, schematic=schematic(study), rheology=rheology(study)
+        confinement=study.confinement,
+        section=study.channel.section,
+        schematic=schematic(study),
+        rheology=rheology(study),
     )
 
 
@@ -282,6 +292,7 @@ def schematic(study: Study) -> SchematicSettings:
     """The drawing of triplet and train."""
     return SchematicSettings(
         confinement=study.confinement,
+        section=study.channel.section,
         sp=study.table.sp or DRAWN,
         sf=study.table.sf or DRAWN,
         margin=study.dns.margin,
@@ -306,8 +317,24 @@ def units(study: Study) -> UnitsSettings:
     """What physical units follow from."""
     return UnitsSettings(
         **dict(rheology(study)),
-        channel_diameter=study.channel.diameter,
+        channel_diameter=study.channel.inscribed_diameter,
+        section=study.channel.section,
         particle_diameter=study.particle.diameter,
+    )
+
+
+def channel_flow(study: Study) -> ChannelFlowSettings:
+    """The flow without spheres, at all Deborah numbers."""
+    return ChannelFlowSettings(**dict(given_table(study)), section=study.channel.section)
+
+
+def operating_conditions(study: Study) -> OperatingConditionsSettings:
+    """What the validity of conditions follows from, besides their files."""
+    return OperatingConditionsSettings(
+        **dict(rheology(study)),
+        fluid_density=study.fluid.density,
+        particle_density=study.particle.density,
+        section=study.channel.section,
     )
 
 
@@ -316,7 +343,8 @@ def fit_spread(study: Study) -> FitSpreadSettings:
     return FitSpreadSettings(
         **dict(rheology(study)),
         draws=study.fluid.fit.draws,
-        channel_diameter=study.channel.diameter,
+        channel_diameter=study.channel.inscribed_diameter,
+        section=study.channel.section,
         channel_length=study.channel.length,
         config=study.model_dump(),
     )

@@ -6,14 +6,13 @@ from typing import Self
 
 from pydantic import model_validator
 
+from viscotrain.config.device_models import ChannelConfig, ParticleConfig
 from viscotrain.config.keys import Section, key
 from viscotrain.config.models import (
     BudgetConfig,
-    ChannelConfig,
     DeborahConfig,
     DnsConfig,
     FluidConfig,
-    ParticleConfig,
     TableConfig,
 )
 from viscotrain.config.outputs import (
@@ -25,9 +24,10 @@ from viscotrain.config.outputs import (
     TrainsConfig,
     VerificationConfig,
 )
-from viscotrain.config.problems import Readable, disagreements
+from viscotrain.config.problems import disagreements
+from viscotrain.config.readable import Readable
 from viscotrain.errors import ConfigError
-from viscotrain.fluid.parameters import DimensionlessFluid, mean_spacing
+from viscotrain.fluid.parameters import DimensionlessFluid
 from viscotrain.words import FEWEST_TRAIN_SPHERES
 
 STATIONS = 5  # at which spacings are recorded, from inlet to outlet
@@ -71,7 +71,7 @@ class Study(Section):
     @property
     def confinement(self) -> float:
         """Sphere diameter over channel diameter, beta = d/D."""
-        return self.particle.diameter / self.channel.diameter
+        return self.particle.diameter / self.channel.inscribed_diameter
 
     @property
     def dimensionless_fluid(self) -> DimensionlessFluid:
@@ -101,7 +101,7 @@ class Study(Section):
 
     def mean_spacing(self, volume_fraction: float) -> float:
         """s* of an equally spaced train, in d."""
-        return mean_spacing(self.confinement, volume_fraction)
+        return self.channel.section.mean_spacing(self.confinement, volume_fraction)
 
     @property
     def _elastic(self) -> tuple[float, ...]:

@@ -11,13 +11,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
+from viscotrain.config.device_models import ChannelConfig
 from viscotrain.config.names import number_name
 from viscotrain.config.reading import parse_study, read_yaml
 from viscotrain.config.settings import DIGITS, StudyConfigSettings
 from viscotrain.config.study import CLOSEST_MAP_SPACING, Study
 from viscotrain.config.wording import shown
 from viscotrain.errors import ConfigError
-from viscotrain.fluid.parameters import mean_spacing
 
 KEY = "particle.diameter"
 MOST_DIAMETERS = 20
@@ -86,10 +88,15 @@ def _of_one(data: dict, diameter: Any) -> dict:
     """The config of one of the diameters, with those conditions of the design map that suit it."""
     own = data | {"particle": data["particle"] | {"diameter": diameter}}
     try:
-        beta = diameter / data["channel"]["diameter"]
+        channel = ChannelConfig.model_validate(data["channel"])
+        beta = diameter / channel.inscribed_diameter
         fractions = data["design_map"]["volume_fraction"]
-        fitting = [phi for phi in fractions if mean_spacing(beta, phi) >= CLOSEST_MAP_SPACING]
-    except (KeyError, TypeError, ArithmeticError):  # none are given, or wrong
+        fitting = [
+            phi
+            for phi in fractions
+            if channel.section.mean_spacing(beta, phi) >= CLOSEST_MAP_SPACING
+        ]
+    except (KeyError, TypeError, ArithmeticError, ValidationError):  # none are given, or wrong
         return own
     return own | {"design_map": data["design_map"] | {"volume_fraction": fitting or fractions}}
 

@@ -53,6 +53,7 @@ from viscotrain.trains.statistics import TOUCHING, touching
 from viscotrain.trains.variables import rate_in_words, unequal, with_errors
 
 TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
+DASHES = "-", "--"  # of the study's channel and of the other one
 WIDEST_WORDS = 25.0  # size of words in a cell times cells in a row, at most
 DARK = 0.55  # share of the colour map below which words in a cell are white
 CURVES = (
@@ -78,15 +79,12 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
     left, right = figure.subplots(1, 2)
     phi = data["volume_fraction_percent"]
     line = np.geomspace(phi.min() / 1.5, phi.max() * 1.5, 50)
-    styles = (
-        (TUBE, "-", r"tube: $\phi_{mp}$ = 2/3, $\beta$ = $d/D$"),
-        (SQUARE, "--", r"square channel (study): $\phi_{mp}$ = $\pi$/6, $\beta$ = $d/H$"),
-    )
-    for share, dashes, _ in styles:
+    laws = _laws(dataset)
+    for (share, _, _), dashes in zip(laws, DASHES, strict=True):
         left.plot(line, 100 * share * beta**2 / line, color="black", ls=dashes, lw=0.9)
         right.plot(line, np.full_like(line, share), color="black", ls=dashes, lw=0.9)
-    handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for _, dashes, _ in styles]
-    labels = [words for _, _, words in styles]
+    handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for dashes in DASHES]
+    labels = [words for _, _, words in laws]
     deborah, beyond = dataset["deborah"].values, _remarks(dataset)
     for n, (De, colour) in enumerate(zip(deborah, deborah_colour(deborah), strict=True)):
         own = data[data["deborah"] == De]
@@ -124,6 +122,16 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
     return Drawing(figure, data)
 
 
+def _laws(dataset: xr.Dataset) -> list[tuple[float, str, str]]:
+    """phi_mp, column and words: of the study's channel, and of another one beside it."""
+    tube = TUBE, "tube_d", r"tube: $\phi_{mp}$ = 2/3, $\beta$ = $d/D$"
+    if "channel" in dataset.attrs:
+        own = TUBE * float(dataset["inscribed_share"])
+        return [(own, "duct_d", rf"duct: $\phi_{{mp}}$ = {own:.3f}, $\beta$ = $d/D$"), tube]
+    words = r"square channel (study): $\phi_{mp}$ = $\pi$/6, $\beta$ = $d/H$"
+    return [tube, (SQUARE, "square_channel_d", words)]
+
+
 def _remarks(dataset: xr.Dataset) -> list[str]:
     """Of each Deborah number of the map: whether a condition is beyond the quasi-steady range."""
     return [remark(dataset.sel(deborah=De)) for De in dataset["deborah"].values]
@@ -141,11 +149,8 @@ def _law_data(dataset: xr.Dataset) -> pd.DataFrame:
     kept = ["deborah", "volume_fraction_percent", "feed_volume_fraction_percent", "injection"]
     kept += ["mean_spacing_d", "mean_spacing_d_halfwidth", "mean_spacing_d_model_error"]
     scaled = 100 * float(dataset["confinement"]) ** 2 / outlet["volume_fraction_percent"]
-    return (
-        outlet[kept]
-        .assign(tube_d=TUBE * scaled, square_channel_d=SQUARE * scaled)
-        .reset_index(drop=True)
-    )
+    laws = {column: share * scaled for share, column, _ in _laws(dataset)}
+    return outlet[kept].assign(**laws).reset_index(drop=True)
 
 
 # ------------------------------------------------------------------------------------- design map

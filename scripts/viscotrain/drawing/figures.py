@@ -6,7 +6,9 @@ from pathlib import Path
 import xarray as xr
 
 from viscotrain import files
-from viscotrain.config.settings import FiguresSettings
+from viscotrain.config.device_settings import (
+    FiguresSettings,
+)
 from viscotrain.drawing import rheology_figure, schematic
 from viscotrain.drawing.conventions import with_sphere_rate
 from viscotrain.drawing.design_figures import draw_design_map, spacing_law, stations
@@ -34,6 +36,7 @@ def draw_with(
     source: Path | None,
     units: Path | None,
     measured: Path | None = None,
+    duct: Path | None = None,
 ) -> Drawing:
     """Make the figure of this name, of the study itself or of what a file holds.
 
@@ -43,12 +46,13 @@ def draw_with(
         source: The file; measured data for `rheology`.
         units: File with the physical units of the study, for figures of trains.
         measured: File with measured spacings, for their distribution.
+        duct: File with the flow of a duct, for `schematic`.
 
     Raises:
         FigureError: There is no such figure, or it lacks a file.
     """
     if name == "schematic" and settings.schematic is not None:
-        return schematic.draw(schematic.geometry(settings.schematic, _on_the_axis(settings)))
+        return schematic.draw(schematic.geometry(settings.schematic, _on_the_axis(settings, duct)))
     if name == "rheology" and settings.rheology is not None:
         fluid, rates = settings.rheology.known_fluid, settings.rheology.shear_rates()
         measured = rheology_figure.measured(source) if source else None
@@ -62,9 +66,12 @@ def draw_with(
     return draw(name, dataset, settings.confinement, physical)
 
 
-def _on_the_axis(settings: FiguresSettings) -> float:
+def _on_the_axis(settings: FiguresSettings, duct: Path | None) -> float:
     """Velocity on the axis, in Ubar, at the De of the schematic."""
     assert settings.rheology is not None and settings.schematic is not None
+    if duct is not None:
+        largest = xr.load_dataset(duct)["centreline_velocity"]
+        return float(largest.sel(deborah=settings.schematic.deborah).fillna(FASTEST))
     fluid = settings.rheology.known_fluid
     scaled = DimensionlessFluid.from_physical(fluid.solvent_viscosity, fluid.modes)
     De = settings.rheology.longest_modes()[settings.schematic.deborah]

@@ -74,6 +74,7 @@ def page(
     trains: Sequence[xr.Dataset],
     study: str,
     order: xr.Dataset | None = None,
+    flow: xr.Dataset | None = None,
 ) -> str:
     """HTML of the page.
 
@@ -83,6 +84,7 @@ def page(
         trains: As `repeats.run_repeats` returns them.
         study: Its name.
         order: Of `order.orders`; None for a page without ordering lengths.
+        flow: Without spheres, of the stage `channel_flow`; None for one without pressures.
     """
     grid = np.linspace(0.0, 1.0, GRID)
     ticks = np.array(DISTANCE_TICKS, dtype=float)
@@ -104,7 +106,7 @@ def page(
         },
         "octaves": OCTAVES,
         "layers": [
-            layer | _device(table, units, trains, float(De)) | {"error": _number(error)}
+            layer | _device(units, trains, flow, float(De)) | {"error": _number(error)}
             for layer, De, error in zip(
                 _layers(table, grid), table["deborah"].values, errors, strict=True
             )
@@ -120,7 +122,7 @@ def page(
         title=html.escape(f"viscotrain: study {study}"),
         plotly=base64.b64encode(gzip.compress(library.encode(), mtime=0)).decode(),
         particle=_micrometres(units["particle_diameter"]),
-        channel=_micrometres(units["channel_diameter"]),
+        channel=_channel(units),
         source=html.escape(f"{table.attrs.get('source', '')}; {table.attrs.get('history', '')}"),
         data=json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
     )
@@ -138,6 +140,12 @@ def _policy(own: Sequence[str]) -> str:
 def _micrometres(diameter: xr.DataArray) -> str:
     """A diameter in mm in words."""
     return f"{MICROMETRES * float(diameter):.3g} um"
+
+
+def _channel(units: xr.Dataset) -> str:
+    """The channel's diameter, and what must be said of a duct."""
+    remark = units.attrs.get("channel")
+    return _micrometres(units["channel_diameter"]) + (f" ({html.escape(remark)})" if remark else "")
 
 
 def _scale(name: str) -> list:
@@ -160,51 +168,40 @@ def _numbers(values: np.ndarray) -> list:
 
 
 def _device(
-    table: xr.Dataset, units: xr.Dataset, trains: Sequence[xr.Dataset], De: float
+    units: xr.Dataset, trains: Sequence[xr.Dataset], flow: xr.Dataset | None, De: float
 ) -> dict[str, Any]:
-    """What one De is in the channel of the study, in words, and factors; None where unknown.
-
-    The pressure drop is that of the flow without spheres, G eta_0 Ubar/D^2 L with the table's G.
-    """
-    known = De > 0 and De in units["deborah"].values
-    own = units.sel(deborah=De) if known else None
-    if own is None:
+    """What one De is in the channel of the study, in words, and factors; None where unknown."""
+    if not (De > 0 and De in units["deborah"].values):
         return {"speed": None, "seconds": None, "device": []}
-    device = [
+    own = units.sel(deborah=De)
+    words = [
         f"flow rate {float(own['flow_rate']):.3g} \N{MICRO SIGN}L/min",
         f"mean velocity {1e3 * float(own['mean_velocity']):.3g} mm/s",
     ]
-    gradient = float(table["pressure_gradient"].sel(deborah=De, sp=np.inf, sf=np.inf))
-    drop = gradient * float(own["stress"]) * BAR  # over a length D
-    if math.isfinite(drop) and "channel" not in units.attrs:  # the table's is that of a tube
-        device.append(_pressure(drop, trains, float(own["channel_diameter"])))
+    if flow is not None and trains:
+        words.append(_pressure(own, flow, float(trains[0]["channel_length"])))
     for train in trains:
         if float(train["deborah"]) == De:
-            rate = float(train["injection_rate"]) / float(own["time"])
-            phi = 100 * float(train["volume_fraction"])
-            device.append(f"{rate_in_words(rate)} spheres per second at {phi:.3g} %")
-    return {
-        "speed": float(own["mean_velocity"]) * 1e6,
-        "seconds": float(own["time"]),
-        "device": device,
-    }
+            rate = rate_in_words(float(train["injection_rate"]) / float(own["time"]))
+            words.append(
+                f"{rate} spheres per second at {100 * float(train['volume_fraction']):.3g} %"
+            )
+    speed = float(own["mean_velocity"]) * 1e6  # um/s
+    return {"speed": speed, "seconds": float(own["time"]), "device": words}
 
 
-def _pressure(drop: float, trains: Sequence[xr.Dataset], diameter: float) -> str:
-    """Pressure drop along the channel, or per cm where no train says how long it is.
+def _pressure(units: xr.Dataset, flow: xr.Dataset, length: float) -> str:
+    """Pressure drop of the flow without spheres along the channel, G L in eta_0 Ubar/D, in words.
 
     Args:
-        drop: Along a length D, in bar.
-        trains: Of the study.
-        diameter: D in mm.
+        units: At one De.
+        flow: At all.
+        length: L of the channel in D.
     """
-    if not trains:
-        return f"pressure drop {drop / (diameter * CENTIMETRES):.3g} bar per cm"
-    length = float(trains[0]["channel_length"])
-    return (
-        f"pressure drop {drop * length:.3g} bar along {length:g} D "
-        f"({length * diameter * CENTIMETRES:.3g} cm)"
-    )
+    gradient = float(flow["pressure_gradient"].sel(deborah=units["deborah"]))
+    drop = BAR * gradient * length * float(units["stress"])
+    centimetres = CENTIMETRES * length * float(units["channel_diameter"])
+    return f"pressure drop {drop:.3g} bar along {length:g} D ({centimetres:.3g} cm)"
 
 
 # ---------------------------------------------------------------------------- relative velocities

@@ -51,7 +51,8 @@ def _entry(data: xr.Dataset) -> str:
     """How many spheres enter, by which law."""
     rate = float(data["injection_rate"]) / float(data["time_scale"])
     enter = f"{rate_in_words(rate)} spheres/s, " if math.isfinite(rate) else ""
-    return f"{enter}{data.attrs['injection']} injection{unequal(data)}"
+    duct = f"   {data.attrs['channel']}" if "channel" in data.attrs else ""
+    return f"{enter}{data.attrs['injection']} injection{unequal(data)}{duct}"
 
 
 def _place(z: float, data: xr.Dataset) -> str:

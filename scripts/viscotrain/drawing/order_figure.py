@@ -1,7 +1,8 @@
 r"""Figure of the ordering length: where trains order, and what random injection makes of it.
 
-Left: l against the volume fraction phi = (2/3) beta^2/s of an equally spaced train, with the length
-of the channel. Right: CV at the outlet over CV at the inlet, by the linear theory and simulated.
+Left: l against the volume fraction phi of an equally spaced train, (2/3) beta^2/s in a tube, with
+the length of the channel. Right: CV at the outlet over CV at the inlet, by the linear theory and
+simulated.
 """
 
 import numpy as np

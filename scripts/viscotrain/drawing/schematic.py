@@ -1,8 +1,10 @@
 """Schematic: the triplet and the train, to scale, from the geometry code and the config.
 
-Triplet: `geometry.Geometry` of one geometry of the table. Train: spheres at the inlet at random
-distances, as they are injected, and at the outlet at the mean spacing. Diameters and distances are
-in proportion; the channel between inlet and outlet is left out.
+Triplet: `geometry.Geometry` of one geometry of the table, in the tube that is simulated. Train:
+spheres at the inlet at random distances, as they are injected, and at the outlet at the mean
+spacing. Diameters and distances are in proportion; the channel between inlet and outlet is left
+out. The section of a duct, whose smaller side is D, stands beside the train, with the inscribed
+tube.
 """
 
 import math
@@ -13,10 +15,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from viscotrain.config.settings import SchematicSettings
+from viscotrain.config.device_settings import (
+    SchematicSettings,
+)
 from viscotrain.drawing.style import GREY, PAGE, SMALL, STYLE, Drawing, styled
 from viscotrain.flow.geometry import Geometry
-from viscotrain.fluid.parameters import CHANNEL_RADIUS, mean_spacing
+from viscotrain.fluid.parameters import CHANNEL_RADIUS
 from viscotrain.words import PARTICLES
 
 FLUID, SPHERE = "#EAF1F6", "#DDDDDD"
@@ -24,6 +28,9 @@ ENTERING = (0.55, 1.5, 0.75, 1.3)  # distances at the inlet over the mean one, a
 OMITTED = 1.6  # from the last sphere near the inlet to the first near the outlet, as drawn
 BOTTOM, TOP = -0.8, 0.6  # drawn radii, in D
 LEAVING = 3  # spheres that are drawn at the outlet
+SECTION_GAP = (
+    0.35  # from what is drawn of the flow behind the outlet to the section of a duct, in D
+)
 ARROW = {
     "arrowstyle": "<|-|>",
     "lw": 0.7,
@@ -46,7 +53,7 @@ def geometry(study: SchematicSettings, velocity: float) -> xr.Dataset:
     triplet = Geometry.triplet(study.confinement, sp, sf, study.margin)
     middle = triplet.positions[triplet.spheres.index("middle")]
     phi = study.volume_fraction / (velocity if study.feed else 1.0)
-    spacing = mean_spacing(study.confinement, phi) * study.confinement
+    spacing = study.section.mean_spacing(study.confinement, phi) * study.confinement
     shares = np.maximum(np.array(ENTERING) * spacing, 1.05 * study.confinement)
     leaving = study.channel_length - spacing * (0.4 + np.arange(LEAVING))[::-1]
     values = {
@@ -63,6 +70,8 @@ def geometry(study: SchematicSettings, velocity: float) -> xr.Dataset:
         "feed_volume_fraction": ((), phi * velocity),
         "deborah": ((), study.deborah),
         "channel_length": ((), study.channel_length),
+        "inscribed_share": ((), study.section.inscribed_share),
+        "section_width": ((), study.section.aspect_ratio),
     }
     texts = {
         "triplet_position": "positions over channel diameter, from the middle sphere",
@@ -79,8 +88,12 @@ def geometry(study: SchematicSettings, velocity: float) -> xr.Dataset:
         "the axis are 1 to 3 % slower than the flow there, if they are small",
         "deborah": "Deborah number, as the study defines it",
         "channel_length": "length of the channel over its diameter",
+        "inscribed_share": "area of the tube that fits the channel over that of the channel",
+        "section_width": "larger side of the section over the channel diameter",
     }
-    data = xr.Dataset(values, coords={"sphere": list(triplet.spheres)})
+    data = xr.Dataset(
+        values, coords={"sphere": list(triplet.spheres)}, attrs=study.section.attributes
+    )
     for name, text in texts.items():
         data[name].attrs = {"long_name": text, "units": "1"}
     data["sphere"].attrs["long_name"] = "sphere of the triplet"
@@ -112,7 +125,8 @@ def _triplet_width(data: xr.Dataset) -> float:
 
 
 def _train_width(data: xr.Dataset) -> float:
-    return _outlet(data) + 1.55
+    section = SECTION_GAP + float(data["section_width"]) if "channel" in data.attrs else 0.0
+    return _outlet(data) + 1.55 + section
 
 
 def _outlet(data: xr.Dataset) -> float:
@@ -152,8 +166,10 @@ def _draw_triplet(axes: Axes, data: xr.Dataset):
     axes.text(start + 0.05, -0.42, "inflow", fontsize=SMALL)
     axes.text(end - 0.05, -0.42, "outflow", ha="right", fontsize=SMALL)
     axes.text(end - 0.05, 0.38, "periodic up to the pressure drop", ha="right", fontsize=SMALL)
+    inside = ", in the inscribed tube" if "channel" in data.attrs else ""
     title = (
-        f"triplet of the simulation: $s_p$ = {float(data['sp']):g}, $s_f$ = {float(data['sf']):g}, "
+        f"triplet of the simulation{inside}: "
+        f"$s_p$ = {float(data['sp']):g}, $s_f$ = {float(data['sf']):g}, "
         f"$\\beta$ = $d/D$ = {beta:g} (to scale)"
     )
     axes.set_title(title, loc="left")
@@ -204,11 +220,34 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     title = (
         f"train: $\\phi$ = {phi:.3g} % in the channel (feed: about {feed:.2g} % at "
         f"De = {float(data['deborah']):g}), $s^*$ = "
-        f"$\\frac{{2}}{{3}}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (distances at the inlet: "
+        f"${_law(data)}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (distances at the inlet: "
         "an example)"
     )
+    if "channel" in data.attrs:
+        _draw_section(axes, data, _train_width(data) - 0.85)
     axes.set_title(title, loc="left")
     axes.set(xlim=(-0.75, _train_width(data) - 0.75))
+
+
+def _law(data: xr.Dataset) -> str:
+    """The factor of the spacing law of the channel."""
+    if "channel" not in data.attrs:
+        return "\\frac{2}{3}"
+    return f"{2 / 3 * float(data['inscribed_share']):.3f}"
+
+
+def _draw_section(axes: Axes, data: xr.Dataset, end: float):
+    """Section of a duct, which ends at some place of the axes, with sphere and inscribed tube."""
+    width, R = float(data["section_width"]), CHANNEL_RADIUS
+    middle = end - width / 2
+    walls = Rectangle((end - width, -R), width, 2 * R, facecolor=FLUID, edgecolor="black", lw=1.5)
+    axes.add_patch(walls)
+    axes.add_patch(Circle((middle, 0), R, facecolor="none", edgecolor=GREY, ls="--", lw=0.8))
+    _draw_sphere(axes, middle, float(data["confinement"]))
+    _measure(axes, (middle, -R), (middle, R), "", (0, 0))
+    axes.text(middle + 0.06, 0.3, "$D$", fontsize=STYLE["font.size"], va="center")
+    words = f"section: {data.attrs['channel'].partition(':')[0]}\n(dashed: simulated)"
+    axes.text(middle, -0.68, words, ha="center", va="center", fontsize=SMALL)
 
 
 def _draw_channel(axes: Axes, start: float, end: float):

@@ -69,7 +69,7 @@ def spacing(trains: xr.Dataset) -> Drawing:
     panels[-1].set_xlabel("distance to the sphere ahead, $s^*$ [$d$]")
     figure.supylabel("probability density [$1/d$]", fontsize=STYLE["axes.labelsize"])
     figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
-    entries = [(mean, rf"equally spaced: $\frac{{2}}{{3}}\,(d/D)^2/\phi$ = {law:.2f} $d$")]
+    entries = [(mean, rf"equally spaced: ${_factor(trains)}\,(d/D)^2/\phi$ = {law:.2f} $d$")]
     entries += _keys(trains)
     figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=2)
     return Drawing(figure, data)
@@ -114,6 +114,14 @@ def _draw_measured(axes: Axes, station: xr.Dataset):
     half = float(station["measured_bin"].attrs["bin_width"]) / 2
     style = {"color": "black", "ls": "", "marker": "o", "ms": 2.5, "elinewidth": 0.6}
     axes.errorbar(station["measured_bin"].values[some], density[some], error[some], half, **style)
+
+
+def _factor(trains: xr.Dataset) -> str:
+    """That of the spacing law in the channel: 2/3 in a tube, less in a duct."""
+    if "channel" not in trains.attrs:
+        return r"\frac{2}{3}"
+    own = trains["mean_spacing_law"] * trains["volume_fraction"] / trains["confinement"] ** 2
+    return f"{float(own):.3f}"
 
 
 def _measures(station: xr.Dataset) -> str:

@@ -3,8 +3,9 @@ r"""Physical units of a study: what one of its dimensionless numbers is in mm, s
 Results are in D, Ubar, D/Ubar and eta_0 Ubar/D (`parameters`). In a channel of D in m, with a fluid
 of eta_0 in Pa s and lambda_1 in s, these are at De = lambda_1 Ubar/D
 
-    Ubar = De D/lambda_1,    D/Ubar,    eta_0 Ubar/D,    and    Q = (pi/4) D^2 Ubar.
+    Ubar = De D/lambda_1,    D/Ubar,    eta_0 Ubar/D,    and    Q = A Ubar,
 
+with the area A of the section, (pi/4) D^2 of a tube (`channel`; D of a duct is its smaller side).
 Multiply a result by its factor; divide a rate, such as the spheres per D/Ubar that enter, by the
 time. The factors that contain a velocity are NaN at De = 0, with or
 without modes: creeping Newtonian flow has no velocity scale of its own.
@@ -17,6 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.fluid.parameters import DimensionlessFluid, Fluid
 from viscotrain.words import DEBORAH_NUMBERS
 
@@ -44,6 +46,7 @@ def physical_units(
     *,
     channel_diameter: float,
     particle_diameter: float,
+    section: CrossSection = ROUND,
 ) -> xr.Dataset:
     """All factors at the Deborah numbers of a study.
 
@@ -52,6 +55,7 @@ def physical_units(
         longest_modes: lambda_1 Ubar/D by the Deborah number as the study defines it.
         channel_diameter: D in m.
         particle_diameter: d in m.
+        section: Of the channel.
 
     Returns:
         Dataset over `deborah` with the variables of `FACTORS`.
@@ -69,11 +73,11 @@ def physical_units(
         "particle_diameter": particle_diameter * MILLIMETRES,
         "mean_velocity": Ubar,
         "time": D / Ubar,
-        "flow_rate": math.pi / 4 * D**2 * Ubar * MICROLITRES_PER_MINUTE,
+        "flow_rate": section.area * D**2 * Ubar * MICROLITRES_PER_MINUTE,
         "stress": fluid.zero_shear_viscosity * Ubar / D,
     }
     variables = {
         name: (["deborah"] * np.ndim(values), values, dict(zip(WORDS, FACTORS[name], strict=True)))
         for name, values in factors.items()
     }
-    return xr.Dataset(variables).set_coords("deborah")
+    return xr.Dataset(variables, attrs=section.attributes).set_coords("deborah")

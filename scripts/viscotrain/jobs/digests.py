@@ -25,7 +25,10 @@ WITHOUT_NUMBERS = {
     "jobs",  # how scripts are called, and how files are written
     "config",  # what may be asked for: it reaches a job as settings, which rules state
 }
-NUMBERS_AFTER_ALL = {"config.settings"}  # ... except what a job computes from these
+NUMBERS_AFTER_ALL = {
+    "config.settings",
+    "config.device_settings",
+}  # ... except what a job computes from these
 
 
 def digest(script: str | Path) -> str:

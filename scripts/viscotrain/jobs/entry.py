@@ -78,6 +78,8 @@ SF = Annotated[float, wildcard("distance of the leading to the middle sphere, in
 Deborah = Annotated[float, wildcard("Deborah number, as the study defines it")]
 Table = Annotated[Path, taken("velocity table")]
 Units = Annotated[Path, taken("physical units of the study, units.nc")]
+Flow = Annotated[Path, taken("flow without spheres, channel_flow.nc")]
+Duct = Annotated[Path | None, taken("the same of a duct; none for a tube", named=True)]
 Gap = Annotated[float, wildcard("between surfaces, in d")]
 Simulated = Annotated[Sequence[Path], taken("files of dns.py or transient.py")]
 Trajectory = Annotated[Path, taken("file of transient.py")]

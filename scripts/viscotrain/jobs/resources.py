@@ -30,6 +30,8 @@ BASE_MB, PER_UNKNOWN_KB, MORE = 150, 24, 1.5
 # CPU seconds and resident MB of jobs that do not solve, with all that they start.
 OTHERS = {
     "units": (0.6, 140),
+    "channel_flow": (10.0, 250),
+    "operating_conditions": (1.0, 200),
     "table": (1.3, 160),
     "trains": (17.0, 300),
     "film": (1.7, 260),

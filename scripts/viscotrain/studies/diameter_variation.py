@@ -13,7 +13,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from viscotrain.config.settings import DiameterVariationSettings
-from viscotrain.fluid.parameters import mean_spacing
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.size_response import size_response
 from viscotrain.trains import order, tolerance
@@ -76,7 +75,8 @@ def simulate(settings: DiameterVariationSettings, table: VelocityTable) -> xr.Da
         "injection": ("injection", injections, {"long_name": "law by which spheres enter"}),
     }
     given = "feed_volume_fraction" if own.feed else "volume_fraction"
-    return xr.Dataset(variables, coordinates, {"given": given})
+    attributes = {"given": given, **own.section.attributes}
+    return xr.Dataset(variables, coordinates, attributes)
 
 
 def _of_condition(
@@ -93,14 +93,16 @@ def _of_condition(
     closed = with_memory(held, own.memory * table.deborah_longest_mode(deborah) / beta)
     phi = channel_volume_fraction(fraction, held.isolated) if own.feed else fraction
     U = size_response(table, deborah).value
-    answer = order.response(held, mean_spacing(beta, phi))
+    answer = order.response(held, own.section.mean_spacing(beta, phi))
     theory = tolerance.law(answer, beta, U, own.length)
     valid = 1.0 if order.stability(answer, beta) >= 0 else math.nan
     cv, law = [], []
     for injection in injections:
-        train = Condition(closed, injection, beta, phi, own.length, own.passages, own.seed)
+        train = Condition(
+            closed, injection, beta, phi, own.length, own.passages, own.seed, section=own.section
+        )
         cv.append([_outlet(train, Sizes(v, U)) for v in variations])
-        initial = tolerance.injected_variation(held, injection, beta, phi)
+        initial = tolerance.injected_variation(held, injection, beta, phi, own.section)
         law.append(valid * theory.variation(initial, LAW))
     values = np.moveaxis(np.array(cv), -1, 0)
     return phi, values[0], values[1], np.array(law)

@@ -12,9 +12,14 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from viscotrain.config.device_settings import (
+    FitSpreadSettings,
+)
 from viscotrain.config.flow_rates import at_same_flow_rates
 from viscotrain.config.models import FluidConfig
-from viscotrain.config.settings import FitSpreadSettings, StudyConfigSettings
+from viscotrain.config.settings import (
+    StudyConfigSettings,
+)
 from viscotrain.fluid import fit_report
 from viscotrain.fluid.fit_draws import FLOW, drawn_fluids, flow_in_channel
 from viscotrain.fluid.fit_parameters import values_of
@@ -70,7 +75,7 @@ def spread(
     found = order_at(order, nodes, values["deborah_longest_mode"][1], own.channel_length)
     values |= {name: (three, array) for name, array in found.items()}
     Ubar = np.where(Ubar > 0, Ubar, np.nan)
-    area = np.pi / 4 * own.channel_diameter**2
+    area = own.section.area * own.channel_diameter**2
     values["mean_velocity"] = (("deborah",), Ubar)
     values["flow_rate"] = (("deborah",), area * Ubar * MICROLITRES_PER_MINUTE)
     result = xr.Dataset(
@@ -81,6 +86,7 @@ def spread(
             "spacing": order["spacing"],
             "parameter": ("parameter", names, {"long_name": "parameter of the fit"}),
         },
+        attrs=own.section.attributes,
     )
     for name, (units, long_name) in (FLOW | ORDER | OF_THE_STUDY).items():
         result[name].attrs = {"units": units, "long_name": long_name}
@@ -116,6 +122,8 @@ def headline(result: xr.Dataset) -> Iterator[str]:
     yield f"95 % of {result.sizes['draw'] - 1} draws of the fit, at the flow rates of the study;"
     yield "order at De of each draw, by the table of the fitted fluid: what a draw changes in the"
     yield "table itself may be more, and takes simulations (fit_spread/draw_01.yaml, ...)"
+    if "channel" in result.attrs:
+        yield f"{result.attrs['channel']}, and so are U_max and pressure here"
     for De in result["deborah"].values:
         own = result.sel(deborah=De)
         if not float(own["mean_velocity"]) > 0:

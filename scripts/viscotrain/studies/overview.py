@@ -6,7 +6,7 @@ from pathlib import Path
 from viscotrain import files
 from viscotrain.studies import fit_spread
 from viscotrain.table import attributes, description, points
-from viscotrain.trains import design_map, encapsulation, repeats
+from viscotrain.trains import design_map, encapsulation, operating_conditions, repeats
 from viscotrain.trains.measured import headline as measured_headline
 
 
@@ -45,6 +45,14 @@ def of_trains(trains: Sequence[Path], maps: Sequence[Path], units: Path) -> Iter
     for path in maps:
         yield f"  design map      {path}"
         yield from (f"{'':18}{line}" for line in design_map.headline(files.read_dataset(path)))
+
+
+def of_conditions(path: Path | None) -> Iterator[str]:
+    """The numbers of all conditions and the limits that they exceed."""
+    if path is not None:
+        yield f"  conditions      {path}"
+        found = files.read_dataset(path)
+        yield from (f"{'':4}{line}" for line in operating_conditions.summary(found))
 
 
 def of_measured(measured: Sequence[Path]) -> Iterator[str]:

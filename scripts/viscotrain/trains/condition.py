@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.trains import model_error
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, injection_law
@@ -31,6 +31,7 @@ class Condition:
         passages: Spheres to record.
         seed: Of all repeats.
         sizes: How diameters vary.
+        section: Of the channel.
     """
 
     closure: Closure
@@ -41,6 +42,7 @@ class Condition:
     passages: int
     seed: int
     sizes: Sizes = EQUAL
+    section: CrossSection = ROUND
 
     @property
     def law(self) -> InjectionLaw:
@@ -51,12 +53,13 @@ class Condition:
             volume_fraction=self.volume_fraction,
             velocity=self.closure.isolated,
             slowest=self.closure.slowest,
+            section=self.section,
         )
 
     @property
     def mean_spacing(self) -> float:
         """Of an equally spaced train, in d."""
-        return mean_spacing(self.confinement, self.volume_fraction)
+        return self.section.mean_spacing(self.confinement, self.volume_fraction)
 
     def record(self, repeat: int, stations: NDArray) -> Record:
         """One repeat, recorded at stations in D."""
@@ -70,6 +73,7 @@ class Condition:
             passages=self.passages,
             rng=generator(self.seed, repeat),
             sizes=self.sizes,
+            section=self.section,
         )
 
     def with_sizes(self, sizes: Sizes) -> "Condition":

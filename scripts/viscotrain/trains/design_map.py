@@ -4,11 +4,11 @@ A device is designed from a fluid and a particle to a flow rate, a concentration
 length. So the trains stage is run over (De, phi), and its measures of the spacing, recorded along
 the channel, come together with the numbers that one sets at the bench:
 
-    Q = (pi/4) D^2 Ubar,    L = z,    dp(L) = (-dp/dz) L,
+    Q = A Ubar,    L = z,    dp(L) = (-dp/dz) L,
 
-with the pressure gradient of the undisturbed flow (`pipe`), which spheres of a volume fraction of
-a percent raise little, and the spheres per second (`injection`). A channel that ends at z has the
-spacings recorded at z at its outlet.
+with the pressure gradient of the flow without spheres (`channel_flow`), which spheres of a volume
+fraction of a percent raise little, and the spheres per second (`injection`). A channel that ends at
+z has the spacings recorded at z at its outlet.
 
 The volume fraction that the study gives, in the channel or in the feed, is a dimension; the other
 one follows at each De.
@@ -27,8 +27,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from viscotrain.fluid.parameters import DimensionlessFluid
-from viscotrain.fluid.pipe import pipe_flow
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table import memory
 from viscotrain.table.attributes import ATTRIBUTES
@@ -71,8 +70,9 @@ def combine(
     points: Sequence[xr.Dataset],
     *,
     units: xr.Dataset,
-    fluid: DimensionlessFluid,
+    flow: xr.Dataset,
     ordered_variation: float,
+    section: CrossSection = ROUND,
     attributes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Trains of all conditions as one dataset over (deborah, volume_fraction, station).
@@ -80,8 +80,9 @@ def combine(
     Args:
         points: Results of `repeats.run_repeats` with the same stations, one per condition.
         units: Result of `units.physical_units`.
-        fluid: For the pressure gradient.
+        flow: Without spheres, of the stage `channel_flow`.
         ordered_variation: Threshold of `ordered_position`.
+        section: Of the channel.
         attributes: Global attributes.
 
     Returns:
@@ -109,24 +110,26 @@ def combine(
             for name, order in _ordered_positions(z, values, ordered_variation).items()
         }
         | {
-            "memory_number": (
-                grid[:2],
-                _memory(points, deborah, fractions),
-                ATTRIBUTES["memory_number"],
-            ),
+            "memory_number": (grid[:2], _memory(points, deborah, fractions), MEMORY),
             "ordered_variation": ((), ordered_variation, _words("1", THRESHOLD)),
             "confinement": text["confinement"],
+            "inscribed_share": ((), section.inscribed_share, _words("1", INSCRIBED_SHARE)),
             "diameter_variation": text["diameter_variation"],
             "sphere_rate": (grid[:2], rate, _words("s-1", SPHERE_RATE)),
         }
-        | _physical(scales, fluid, z),
+        | _physical(scales, flow.sel(deborah=deborah), z),
         coords={
             "deborah": (grid[0], deborah, dict(text["deborah"].attrs)),
             given: (given, fractions, dict(text[given].attrs)),
             "station": text["station"],
         },
-        attrs=dict(attributes or {}) | {name: text.attrs[name] for name in KEPT},
+        attrs={**(attributes or {}), **_kept(text), **section.attributes},
     ).set_coords(["length", other])
+
+
+def _kept(point: xr.Dataset) -> dict[str, str]:
+    """Attributes of trains that the map has too."""
+    return {name: point.attrs[name] for name in KEPT}
 
 
 def _ordered_positions(
@@ -145,16 +148,15 @@ def _ordered_positions(
     return found
 
 
-def _physical(units: xr.Dataset, fluid: DimensionlessFluid, z: NDArray) -> dict[str, xr.Variable]:
+def _physical(units: xr.Dataset, flow: xr.Dataset, z: NDArray) -> dict[str, xr.Variable]:
     """What of the map is in physical units: diameters, flow rate, length, pressure drop.
 
     Args:
         units: At the Deborah numbers of the map.
-        fluid: For the pressure gradient.
+        flow: Without spheres, at the same.
         z: Stations in D, shape (station,).
     """
-    longest_modes = units["deborah_longest_mode"].values
-    gradient = np.array([pipe_flow(fluid, float(De)).pressure_gradient for De in longest_modes])
+    gradient = flow["pressure_gradient"].values
     drop = (BAR * gradient * units["stress"].values)[:, None] * z
     length = CENTIMETRES * float(units["channel_diameter"]) * z
     taken = ("channel_diameter", "particle_diameter", "flow_rate")
@@ -194,9 +196,11 @@ ORDERED_POSITION = (
     "spacing is not above ordered_variation; inf: it is above at the outlet"
 )
 SPHERE_RATE = "spheres that enter in a second"
+INSCRIBED_SHARE = "area of the tube that fits the channel over that of the channel"
 KEPT = ("given", "injection")  # attributes of trains
 LENGTH = "position along the channel, the length of one that ends there"
 PRESSURE_DROP = "pressure drop of the flow without spheres, from the inlet to the position"
+MEMORY = ATTRIBUTES["memory_number"]
 THRESHOLD = "coefficient of variation of the spacing of a train that counts as ordered"
 
 
@@ -284,4 +288,5 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
     """Names the Deborah numbers with conditions beyond the quasi-steady range, if any."""
     rows = dataset.transpose("deborah", ...)
     names = [f"{De:g}" for De in rows["deborah"].values if memory.remark(rows.sel(deborah=De))]
-    return [f"{BEYOND_QUASI_STEADY}: De {', '.join(names)}"] if names else []
+    lines = [f"{BEYOND_QUASI_STEADY}: De {', '.join(names)}"] if names else []
+    return [*lines, *filter(None, [dataset.attrs.get("channel")])]

@@ -32,6 +32,7 @@ from viscotrain.trains.occupancy import (
 from viscotrain.trains.variables import rate_in_words, with_errors
 from viscotrain.words import CONTACT
 
+KEPT = ("injection", "channel")  # attributes of trains, the latter of those in ducts
 COUNT = ("0", "1", "2+")  # beads in a droplet
 
 RATIO = "droplet frequency over the rate of the beads that enter"
@@ -111,7 +112,7 @@ def combine(
             "count": ("count", list(COUNT), {"long_name": "beads in a droplet"}),
             "frequency_ratio": ("frequency_ratio", FREQUENCY_RATIO, _words("1", RATIO)),
         },
-        attrs={"injection": trains[0].attrs["injection"]},
+        attrs={name: trains[0].attrs[name] for name in KEPT if name in trains[0].attrs},
     ).set_coords(list(CONDITION))
     if bead_rate is None:
         return found
@@ -259,7 +260,8 @@ def headline(found: xr.Dataset) -> list[str]:
             f"at {droplets('droplet')} {unit}: none, one, two or more in {shares} % "
             f"(at random {random} %)"
         )
-    return lines + [_flow_in_words(row) for row in inverse_table(found).itertuples()]
+    lines += [_flow_in_words(row) for row in inverse_table(found).itertuples()]
+    return [*lines, *filter(None, [found.attrs.get("channel")])]
 
 
 def _as_injected(found: xr.Dataset, own: xr.Dataset) -> str:

@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.trains.closures import Velocities, make_closure
 from viscotrain.trains.condition import generator
 from viscotrain.trains.recording import record_train
@@ -32,6 +33,7 @@ LARGEST_ROWS = 4  # of the window that moves along
 MARGIN = 2.0  # beyond a window, in d: enough to see whether a sphere at its edge touches another
 DIAMETERS = "diameter over the mean of all; NaN: no sphere"
 POSITIONS = "position over channel diameter, the trailing sphere first; NaN: none"
+KEPT = ("given", "injection", "channel")  # attributes of trains, the last one of those in ducts
 SCALARS = (
     *("confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"),
     *("channel_length", "deborah", "diameter_variation"),
@@ -45,6 +47,7 @@ def film(
     field_of_view: float,
     interval: float,
     frames: int,
+    section: CrossSection = ROUND,
 ) -> xr.Dataset:
     """Positions of the spheres in the windows of all cameras, at the times of their frames.
 
@@ -54,6 +57,7 @@ def film(
         field_of_view: Length of a window, in D.
         interval: Time between frames of the cameras at the stations, in D/Ubar.
         frames: Number of frames of a movie.
+        section: Of the channel.
 
     Returns:
         Dataset with `position` (station, frame, sphere) and `time` (frame) of the cameras at the
@@ -68,7 +72,7 @@ def film(
     times = interval * np.arange(frames)
     moving_times = np.linspace(span, length, frames) / velocity
     every_time, at = np.unique(np.concatenate([times, entered + moving_times]), return_inverse=True)
-    snapshots = _positions(velocities, train, every_time)
+    snapshots = _positions(velocities, train, every_time, section)
     fixed = _fixed_cameras(train, [snapshots[n] for n in at[:frames]], field_of_view)
     ends = velocity * moving_times
     moving = _moving_camera(train, [snapshots[n] for n in at[frames:]], ends, span)
@@ -94,7 +98,7 @@ def film(
     dataset["memory_number"] = train["memory_number"].max(keep_attrs=True)
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
     dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:.3g}"
-    dataset.attrs |= {name: train.attrs[name] for name in ("given", "injection")}
+    dataset.attrs |= {name: train.attrs[name] for name in KEPT if name in train.attrs}
     return dataset
 
 
@@ -147,7 +151,9 @@ def moving_window(length: float, field_of_view: float) -> tuple[float, int]:
     return min(rows * field_of_view, length / 2), rows
 
 
-def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> list[Spheres]:
+def _positions(
+    velocities: Velocities, train: xr.Dataset, times: NDArray, section: CrossSection
+) -> list[Spheres]:
     """All spheres of repeat 0 at some times after recording began."""
     beta, length = float(train["confinement"]), float(train["channel_length"])
     record = record_train(
@@ -160,6 +166,7 @@ def _positions(velocities: Velocities, train: xr.Dataset, times: NDArray) -> lis
         passages=1,
         rng=generator(int(train.attrs["seed"]), 0),
         snapshot_times=times,
+        section=section,
         sizes=Sizes(float(train["diameter_variation"]), float(train["size_response"])),
     )
     return [

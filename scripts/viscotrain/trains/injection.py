@@ -3,10 +3,11 @@ r"""Injection of spheres: random intervals that give a volume fraction, without 
 A new sphere enters at z = 0 after random intervals, in D/Ubar, whose mean follows from the volume
 fraction phi of spheres in the channel, where they flow with the velocity U_p of a single sphere:
 
-    dt_eq = V_p/(pi R^2 phi U_p) = (2/3) beta^3/(phi U_p).
+    dt_eq = V_p/(A phi U_p) = (2/3) beta^3/(phi U_p)
 
+in a tube, of area A = pi R^2; in a duct less by the share of its inscribed tube (`fluid.channel`).
 So spheres enter at the rate 1/dt_eq, in Ubar/D. What is poured in holds fewer of the fast spheres
-and more of the slow fluid; by conservation, with the flow rate Q = pi R^2 Ubar,
+and more of the slow fluid; by conservation, with the flow rate Q = A Ubar, in a tube
 
     phi_feed = V_p/(dt_eq Q) = phi U_p/Ubar,
     s* = (2/3) beta^2/phi = (U_p/Ubar) (2/3) beta^2/phi_feed.
@@ -33,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viscotrain.errors import TrainError
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.words import FEWEST_TRAIN_SPHERES
 
 
@@ -130,6 +132,7 @@ def injection_law(
     volume_fraction: float,
     velocity: float,
     slowest: float,
+    section: CrossSection = ROUND,
 ) -> InjectionLaw:
     """The intervals that give a volume fraction, without overlap.
 
@@ -143,11 +146,12 @@ def injection_law(
         volume_fraction: phi, in the channel.
         velocity: U_p, of a single sphere, in Ubar.
         slowest: Smallest velocity of spheres in triplets, in Ubar.
+        section: Of the channel.
 
     Raises:
         TrainError: The mean interval is below the shortest one.
     """
-    mean = 2 / 3 * confinement**3 / (volume_fraction * velocity)
+    mean = 2 / 3 * confinement**3 / (volume_fraction * velocity) * section.inscribed_share
     shortest = confinement / slowest
     if mean < shortest:
         largest = volume_fraction * mean / shortest

@@ -41,7 +41,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import ive
 
-from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains.closures import CLOSURES, Closure
 from viscotrain.words import MIDDLE
@@ -151,6 +151,7 @@ def orders(
     confinement: float,
     closure: str = "every_sphere",
     spacing: ArrayLike | None = None,
+    section: CrossSection = ROUND,
 ) -> xr.Dataset:
     """Stability and ordering length at each Deborah number and spacing.
 
@@ -159,6 +160,7 @@ def orders(
         confinement: d/D.
         closure: Name of the closure, of `closures.CLOSURES`.
         spacing: Distances of neighbours in d; None for some from contact to `FARTHEST_SPACING`.
+        section: Of the channel, for the volume fraction.
 
     Raises:
         TableError: The table has holes.
@@ -183,8 +185,9 @@ def orders(
             "deborah": list(table.deborah),
             "spacing": spacing,
             "wave_number": WAVE_NUMBERS,
-            "volume_fraction": ("spacing", mean_spacing(confinement, 1.0) / spacing),
+            "volume_fraction": ("spacing", section.mean_spacing(confinement, 1.0) / spacing),
         },
+        attrs=section.attributes,
     ).assign(confinement=confinement)
     for name, attributes in ATTRIBUTES.items():
         found[name].attrs = attributes
@@ -229,7 +232,7 @@ def most_stable(
 
 def summary(found: xr.Dataset, length: float) -> str:
     """What was found in words, a line per Deborah number, for a channel of this length in D."""
-    lines = []
+    lines = [found.attrs["channel"]] if "channel" in found.attrs else []
     for De in found["deborah"].values:
         own = found.sel(deborah=De)
         shortest = own["ordering_length"].values
@@ -250,11 +253,11 @@ def of_one_train(table: VelocityTable, deborah: float, spacing: float) -> str:
     beta = table.confinement
     answer = response(CLOSURES["every_sphere"](table.at(deborah)), spacing)
     length = ordering_length(answer, beta)
-    phi = mean_spacing(beta, 1.0) / spacing
+    phi = ROUND.mean_spacing(beta, 1.0) / spacing
     best, shortest = most_stable(table, deborah, beta)
     words = f"along l = {length:.4g} D" if math.isfinite(length) else "at no length"
     lines = [
-        f"De = {deborah:g}, d/D = {beta:g}, s = {spacing:g} d (phi = {100 * phi:.3g} %)",
+        f"De = {deborah:g}, d/D = {beta:g}, s = {spacing:g} d (phi = {100 * phi:.3g} % in a tube)",
         f"  A = {answer.from_behind:.3e}, B = {answer.from_ahead:.3e} Ubar/d",
         f"  the train is {STABILITY[stability(answer, beta)]}; neighbours even out by e {words}",
         f"  fastest: s = {best:.3g} d, along {shortest:.4g} D",

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viscotrain.errors import TrainError
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.lubrication import ROUND_OFF
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
@@ -222,6 +223,7 @@ def record_train(
     tolerance: float = TOLERANCE,
     snapshot_times: Sequence[float] | NDArray | None = None,
     sizes: Sizes = EQUAL,
+    section: CrossSection = ROUND,
 ) -> Record:
     """Simulate one train until `passages` spheres of the steady state have passed every station.
 
@@ -239,6 +241,7 @@ def record_train(
         snapshot_times: When to take all positions, in D/Ubar after the beginning of the recording,
             ascending; by default `SNAPSHOTS` times, evenly over it. They do not change the train.
         sizes: How diameters vary.
+        section: Of the channel.
 
     Raises:
         TrainError: The train does not fit the channel, stations are not as above, or spheres
@@ -251,6 +254,7 @@ def record_train(
         volume_fraction=volume_fraction,
         velocity=closure.isolated,
         slowest=closure.slowest,
+        section=section,
     )
     channel = Channel(closure, confinement, tolerance, sizes.response)
     (own,) = rng.spawn(1)

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.memory import largest, memory_number, remark
@@ -41,7 +42,7 @@ SCALARS = {
     "centreline_velocity": "U_max of the undisturbed flow",
     "isolated_velocity": "velocity of a single sphere",
     "channel_length": "length of the channel over its diameter",
-    "mean_spacing_law": "spacing of an equally spaced train, (2/3) beta^2/phi",
+    "mean_spacing_law": "spacing of an equally spaced train, (2/3) beta^2/phi in a tube",
     VARIATION: "coefficient of variation of the diameters of the spheres",
     RESPONSE: "change of a sphere's velocity with the logarithm of its diameter, over mean "
     "velocity; 0 where all are equal",
@@ -66,6 +67,7 @@ def run_repeats(
     diameter_variation: float = 0.0,
     size_response: SizeResponse = UNKNOWN,
     interpolation_error: float = math.nan,
+    section: CrossSection = ROUND,
     attributes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Simulate all repeats at one Deborah number and volume fraction, with their statistics.
@@ -83,31 +85,27 @@ def run_repeats(
         stations: Positions in D, ascending, in [0, length].
         passages: Spheres to record in each repeat.
         repeats: Independent trains.
-        seed: Seed of all of them.
+        seed: Of all of them.
         diameter_variation: Coefficient of variation of the diameters.
         size_response: U' and its error; not looked at where all spheres are equal.
         interpolation_error: That of `model_error.interpolation_error`, in Ubar; NaN: not known.
+        section: Of the channel.
         attributes: Global attributes.
     """
     closed = make_closure(closure, velocities, memory_strength)
     phi = channel_volume_fraction(volume_fraction, closed.isolated) if feed else volume_fraction
-    equal = Condition(closed, injection, confinement, phi, length, passages, seed)
+    equal = Condition(closed, injection, confinement, phi, length, passages, seed, section=section)
     own = equal.with_sizes(Sizes(diameter_variation, size_response.value))
     dataset = _recorded(own, np.asarray(stations, dtype=float), repeats)
     wrong = model_error.variants(velocities, closure, closed, interpolation_error, memory_strength)
     others = own.a_little_wrong(wrong, size_response.error)
-    dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own))
-    dataset = dataset.assign(_scalars(own, centreline_velocity))
+    scalars = _scalars(own, centreline_velocity)
+    dataset = dataset.assign(model_errors(own, dataset, others)).assign(baseline(own) | scalars)
     dataset[FEED if feed else CHANNEL].values = np.array(volume_fraction)  # not rounded
     words = model_error.in_words(interpolation_error, repeated(repeats), "sizes" in others)
-    return dataset.assign_attrs(attributes or {}).assign_attrs(
-        seed=seed,
-        closure=closure,
-        memory_strength=memory_strength,
-        injection=injection,
-        given=FEED if feed else CHANNEL,
-        model_error=words,
-    )
+    chosen = {"seed": seed, "closure": closure, "memory_strength": memory_strength}
+    given = {"injection": injection, "given": FEED if feed else CHANNEL, "model_error": words}
+    return dataset.assign_attrs({**(attributes or {}), **section.attributes, **chosen, **given})
 
 
 def _recorded(own: Condition, stations: NDArray, repeats: int) -> xr.Dataset:
@@ -347,6 +345,7 @@ def summary(trains: xr.Dataset) -> str:
         ", ".join(f"{count} {name}" for name, count in counts.items()),
         f"{amount(trains)}: {float(trains['injection_rate']):.3g} Ubar/D",
         memory.rstrip(),
+        *filter(None, [trains.attrs.get("channel")]),
         f"mean spacing of an equally spaced train: {float(trains['mean_spacing_law']):.3f} d",
         "each +- sampling error (95 %) +- model error",
         f"model error from {trains.attrs['model_error']}",
@@ -378,5 +377,5 @@ def headline(trains: xr.Dataset, seconds: float = math.nan) -> list[str]:
         f"CV {own['spacing_variation']}, within 20 % of the mean {own['even_share']} %, "
         f"touching {own['touching_share']} % of the spheres "
         f"({100 * float(last['touching_share_injected']):.1f} % by the injection)",
-        *filter(None, [remark(trains)]),
+        *filter(None, [remark(trains), trains.attrs.get("channel")]),
     ]

@@ -32,7 +32,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from viscotrain.errors import TrainError
-from viscotrain.fluid.parameters import mean_spacing
+from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.size_response import demanded, size_response
 from viscotrain.trains import order
@@ -51,12 +51,14 @@ class Wanted(NamedTuple):
         injection: Name of the law by which it enters.
         length: Of the channel, in D.
         ordered_variation: CV of the spacing of a train that counts as ordered.
+        section: Of the channel.
     """
 
     closure: str
     injection: str
     length: float
     ordered_variation: float
+    section: CrossSection = ROUND
 
 
 class Law(NamedTuple):
@@ -108,7 +110,11 @@ def _mean(values: NDArray) -> NDArray:
 
 
 def injected_variation(
-    closure: Closure, injection: str, confinement: float, volume_fraction: float
+    closure: Closure,
+    injection: str,
+    confinement: float,
+    volume_fraction: float,
+    section: CrossSection = ROUND,
 ) -> float:
     """CV(0) of an injection law; NaN where there is no room for as many spheres."""
     try:
@@ -118,6 +124,7 @@ def injected_variation(
             volume_fraction=volume_fraction,
             velocity=closure.isolated,
             slowest=closure.slowest,
+            section=section,
         ).variation
     except TrainError:
         return math.nan
@@ -136,8 +143,8 @@ def with_tolerance(found: xr.Dataset, table: VelocityTable, wanted: Wanted) -> x
         model, U = CLOSURES[wanted.closure](table.at(De)), size_response(table, De).value
         for s in found["spacing"].values:
             own = law(order.response(model, float(s)), beta, U, wanted.length)
-            phi = mean_spacing(beta, 1.0) / s
-            initial = injected_variation(model, wanted.injection, beta, phi)
+            phi = wanted.section.mean_spacing(beta, 1.0) / s
+            initial = injected_variation(model, wanted.injection, beta, phi, wanted.section)
             may = (own.largest(start, wanted.ordered_variation) for start in (initial, 0))
             rows.append([initial, own.by_size, *may])
     shape = found.sizes["deborah"], found.sizes["spacing"], len(OF_TRAINS)
@@ -200,12 +207,12 @@ def of_condition(
     """
     beta, model = table.confinement, CLOSURES[wanted.closure](table.at(deborah))
     phi = channel_volume_fraction(volume_fraction, model.isolated) if feed else volume_fraction
-    answer = order.response(model, mean_spacing(beta, phi))
+    answer = order.response(model, wanted.section.mean_spacing(beta, phi))
     name = f"De = {deborah:g}, phi = {100 * phi:.3g} %"
     if order.stability(answer, beta) < 0:
         return f"{name}: an even train is unstable"
     own = law(answer, beta, size_response(table, deborah).value, wanted.length)
-    initial = injected_variation(model, wanted.injection, beta, phi)
+    initial = injected_variation(model, wanted.injection, beta, phi, wanted.section)
     after = float(own.variation(initial, 0))
     equal = f"{name}: equal spheres, CV {initial:.2f} -> {after:.2f}"
     if math.isnan(own.by_size):
