@@ -587,7 +587,7 @@ def simulated(project: Project, study: dict, output: str, sp="inf", sf="inf"):
 def test_a_point_that_does_not_converge_is_a_result_and_a_hole(project):
     hopeless = SMALL | {
         "deborah": {"values": [1, 2], "definition": "longest_mode"},
-        "dns": SMALL["dns"] | {"max_iterations": 1},
+        "dns": SMALL["dns"] | {"max_iterations": 1, "geometries_per_job": 1},
     }
     single = "results/small/dns/spinf_sfinf.nc"
     config = project.configured(hopeless)
