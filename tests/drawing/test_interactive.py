@@ -238,7 +238,8 @@ def hostile_page(train) -> str:
     table = velocity_table()
     table.attrs |= {"source": HOSTILE, "history": HOSTILE}
     attributes = dict.fromkeys(train.attrs, HOSTILE)
-    return interactive.page(table, UNITS, [train.assign_attrs(attributes)], HOSTILE)
+    units = UNITS.assign_attrs(channel=HOSTILE)
+    return interactive.page(table, units, [train.assign_attrs(attributes)], HOSTILE)
 
 
 def test_no_text_of_a_file_becomes_an_element(train):
