@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Annotated
 
 from viscotrain.config.settings import FluidFitSettings
+from viscotrain.files import write_text
 from viscotrain.fluid import fit_report, fluid_fit, measurements
 from viscotrain.fluid.fit_parameters import Known
 from viscotrain.jobs import datasets, drawings
@@ -50,7 +51,7 @@ def main(
     attributes = job.attributes("fluid fitted to measured data") | {"fluid": text}
     folder.mkdir(parents=True, exist_ok=True)
     datasets.write(fit_report.dataset(result, attributes), folder / "fit.nc")
-    files.write_text(text, folder / "fluid.yaml")
+    write_text(text, folder / "fluid.yaml")
     if job.by_hand:
         from viscotrain.drawing.rheology_figure import rheology
 

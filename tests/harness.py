@@ -71,7 +71,7 @@ def run_python(
         env=os.environ | threads | {"PYTHONPATH": str(package)} | variables,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=1200,
         check=False,
     )
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+MOST_PROBLEMS = 40  # lines of a message
+
 
 class ViscotrainError(Exception):
     """Base class of everything that viscotrain raises on purpose."""
@@ -19,7 +21,10 @@ class ConfigError(ViscotrainError, ValueError):
         self.source = source
         self.problems = tuple(problems)
         count = f"{len(self.problems)} problem" + ("s" if len(self.problems) != 1 else "")
-        super().__init__("\n".join([f"{source}: {count}", *(f"  {p}" for p in self.problems)]))
+        shown = list(self.problems[:MOST_PROBLEMS])
+        if len(self.problems) > MOST_PROBLEMS:
+            shown.append(f"... and {len(self.problems) - MOST_PROBLEMS} more")
+        super().__init__("\n".join([f"{source}: {count}", *(f"  {p}" for p in shown)]))
 
     def __reduce__(self):
         """Rebuild from the two arguments: jobs send exceptions between processes."""

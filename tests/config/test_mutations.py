@@ -85,6 +85,15 @@ def planned(config, file) -> bool:
 @example(("tiny.yaml", (("set", ("trains", "seed"), 10**400),)))
 @example(("tiny.yaml", (("misspell", ("study",), "control"),)))
 @example(("paper.yaml", (("list", ("table", "sp"), "texts"),)))  # each item a problem of its own
+@example(
+    (
+        "confinement.yaml",  # the problems of all studies of a sweep
+        (
+            ("shuffle", ("design_map", "volume_fraction"), "many"),
+            ("scale", ("design_map", "volume_fraction"), 1.1),
+        ),
+    )
+)
 @hypothesis.settings(
     max_examples=EXAMPLES,
     derandomize=EXAMPLES == 1000,

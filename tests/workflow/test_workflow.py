@@ -586,7 +586,7 @@ def simulated(project: Project, study: dict, output: str, sp="inf", sf="inf"):
 def test_a_point_that_does_not_converge_is_a_result_and_a_hole(project):
     hopeless = SMALL | {
         "deborah": {"values": [1, 2], "definition": "longest_mode"},
-        "dns": SMALL["dns"] | {"max_iterations": 1},
+        "dns": SMALL["dns"] | {"max_iterations": 1, "geometries_per_job": 1},
     }
     single = "results/small/dns/spinf_sfinf.nc"
     config = project.configured(hopeless)
@@ -683,18 +683,31 @@ SWEPT = SMALL | {"study": "swept", "particle": {"diameter": [20e-6, 30e-6]}}
 OF_ONE = {"beta0_2_", "beta0_3_"}
 
 
-def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
-    alone, _ = project.plan("--configfile", project.configured(SMALL))
-    done = project.snakemake("--dry-run", "--configfile", project.configured(SWEPT))
+def counted(project, study, *target) -> dict[str, int]:
+    """Jobs of each rule in the plan for a study."""
+    config = project.configured(study)
+    done = project.snakemake("--dry-run", "--configfile", config, "--", *target)
     counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
-    own = {"confinement": 1, "study_config": 1, "all": 1}
-    total = counts.pop("total")
+    del counts["total"]
+    return counts
+
+
+def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
+    alone, swept = counted(project, SMALL), counted(project, SWEPT)
+    del alone["all"]
     for prefix in OF_ONE:
-        jobs = {n.removeprefix(prefix): k for n, k in counts.items() if n.startswith(prefix)}
-        jobs["dns"] += jobs.pop("dns_single_sphere")
-        assert jobs == {name: count for name, count in alone.items() if name != "all"}
-    assert {n: k for n, k in counts.items() if not n.startswith(tuple(OF_ONE))} == own
-    assert total == 2 * (sum(alone.values()) - 1) + 3
+        assert {
+            n.removeprefix(prefix): k for n, k in swept.items() if n.startswith(prefix)
+        } == alone
+    own = {name for name in swept if not name.startswith(tuple(OF_ONE))}
+    assert own == {"confinement", "study_config", "all"}
+
+
+def test_all_of_one_diameter_makes_nothing_of_another(project):
+    jobs = counted(project, SWEPT | {"movies": {"deborah": []}}, "beta0_3_all")
+    assert all(name.startswith("beta0_3_") for name in jobs)
+    assert jobs["beta0_3_interactive"] == 1
+    assert "beta0_3_film" not in jobs
 
 
 @pytest.mark.parametrize(
@@ -702,12 +715,10 @@ def test_every_diameter_has_the_jobs_of_a_study_of_its_own(project):
     [("order", {"order"}), ("verification", {"verification"}), ("units", {"units"})],
 )
 def test_what_is_asked_for_by_name_is_made_of_every_diameter(target, own, project):
-    config = project.configured(SWEPT)
-    done = project.snakemake("--dry-run", "--configfile", config, "--", target)
-    counts = {rule: int(count) for rule, count in JOB_COUNT.findall(output(done))}
+    jobs = counted(project, SWEPT, target)
     name = "verification_report" if target == "verification" else target
-    assert all(counts[prefix + name] == 1 for prefix in OF_ONE)
-    assert {rule for rule in counts if not rule.startswith(tuple(OF_ONE))} == own | {"total"}
+    assert all(jobs[prefix + name] == 1 for prefix in OF_ONE)
+    assert {rule for rule in jobs if not rule.startswith(tuple(OF_ONE))} == own
 
 
 def test_a_list_of_diameters_that_is_wrong_stops_before_any_job(project):
@@ -722,9 +733,8 @@ def test_a_list_of_diameters_that_is_wrong_stops_before_any_job(project):
 def test_a_fluid_that_is_fitted_is_fitted_for_every_diameter(project):
     fitted(project)
     study = SWEPT | {"fluid": {"data": ["data/rheology.csv"]}}
-    done = project.snakemake("--dry-run", "--configfile", project.configured(study))
-    counts = dict(JOB_COUNT.findall(output(done)))
-    assert all(counts[f"{prefix}fluid_fit"] == "1" for prefix in OF_ONE)
+    jobs = counted(project, study)
+    assert all(jobs[f"{prefix}fluid_fit"] == 1 for prefix in OF_ONE)
 
 
 @pytest.mark.slow

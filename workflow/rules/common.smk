@@ -187,12 +187,16 @@ TRAIN = "De{deborah}_phi{volume_fraction}"
 
 
 def everything(rules):
-    """All that the stages of a run make, so that whatever is missing is made again."""
+    """All that the stages of a run make, so that whatever is missing is made again.
+
+    The rules may be those of several diameters; each has a folder of its own.
+    """
     return [
         file
         for rule in rules
         if os.path.basename(str(rule.snakefile)) not in ON_REQUEST
         for pattern in rule.output
+        if str(pattern).startswith(f"{RESULTS}/")
         for file in instances(rule.name, str(pattern))
     ]
 
@@ -201,7 +205,7 @@ def instances(rule, pattern):
     """The files that a pattern of an output stands for; it has the constraints of wildcards."""
     pattern = re.sub(r"{(\w+),[^}]*}", r"{\1}", pattern)
     if TRAIN in pattern:
-        trains = MOVIES if rule in ("film", "movies") else TRAINS
+        trains = MOVIES if rule.endswith(("film", "movies")) else TRAINS
         return [pattern.replace(TRAIN, train) for train in trains]
     if "{diameter_ratio}" in pattern:
         sphere = "sp{sp}_sf{sf}_d{diameter_ratio}"

@@ -21,8 +21,8 @@ from viscotrain.config.wording import dotted, inlined, order_of_sections, proble
 from viscotrain.errors import ConfigError, DataError
 from viscotrain.trains import spacings_file
 
+FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # of libyaml, where there is one
 LARGEST_FILE = 100_000  # bytes of a config: a hundred times what a study needs is a mistake
-MOST_PROBLEMS = 40  # lines of a message
 
 
 @cache
@@ -68,8 +68,6 @@ def parse_study(data: Any, source: str = "config", known_problems: Sequence[str]
         problems += disagreements(Readable(data, wrong={e["loc"] for e in wrong}))
         problems.sort(key=order_of_sections(words))
     lines = [*known_problems, *map(str, problems)]
-    if len(lines) > MOST_PROBLEMS:
-        lines[MOST_PROBLEMS:] = [f"... and {len(lines) - MOST_PROBLEMS} more"]
     if study is None or lines:
         raise ConfigError(source, lines)
     return study
@@ -208,10 +206,13 @@ def read_yaml(path: str | Path) -> tuple[Any, list[str]]:
         found, allowed = len(text) / 1000, f"at most {LARGEST_FILE // 1000} kB"
         raise ConfigError(str(path), [f"found {found:.0f} kB; allowed: {allowed}"])
     try:
-        loader = yaml.SafeLoader(text)
-        node = loader.get_single_node()
-        repeated = list(_repeated_keys(node))
-        return (None if node is None else loader.construct_document(node)), repeated
+        return _loaded(text, FAST_LOADER)
+    except yaml.YAMLError:
+        pass  # the slow one finds the words for it
+    except (ValueError, RecursionError) as error:
+        raise ConfigError(str(path), [f"not YAML: {' '.join(str(error).split())}"]) from error
+    try:
+        return _loaded(text, yaml.SafeLoader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -219,6 +220,13 @@ def read_yaml(path: str | Path) -> tuple[Any, list[str]]:
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())
         raise ConfigError(str(path), [f"not YAML: {reason}"]) from error
+
+
+def _loaded(text: bytes, kind: type) -> tuple[Any, list[str]]:
+    loader = kind(text)
+    node = loader.get_single_node()
+    repeated = list(_repeated_keys(node))
+    return (None if node is None else loader.construct_document(node)), repeated
 
 
 def _repeated_keys(
