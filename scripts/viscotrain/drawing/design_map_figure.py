@@ -106,14 +106,13 @@ def draw_design_map(dataset: xr.Dataset, found: xr.Dataset) -> Drawing:
 def _draw_map(axes: Axes, dataset: xr.Dataset, found: xr.Dataset):
     """A band of ordering lengths for each De, and the conditions that were simulated."""
     given, length = dataset.attrs["given"], float(dataset["station"][-1])
-    with np.errstate(divide="ignore"):
-        share = np.log10(found["ordering_length"] / length).clip(-2 * DECADES, 2 * DECADES)
+    share = np.log10(found["ordering_length"].transpose("deborah", ...).values / length)
     look = {"cmap": ORDERING, "norm": Normalize(-DECADES, DECADES)}
     for row, De in enumerate(dataset["deborah"].values):
         own = found.sel(deborah=De)
         phi, stable = 100 * own[given].values, own["stability"].values >= 0
         bottom, top = row - BAND / 2, row + BAND / 2
-        colours = np.ma.masked_where(~stable, share.sel(deborah=De).values)
+        colours = np.ma.masked_where(~stable, np.minimum(share[row], 2 * DECADES))
         drawn = axes.pcolormesh(_edges(phi), [bottom, top], colours[None], rasterized=True, **look)
         hatched = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
         axes.fill_between(_edges(phi), bottom, top, where=_beside(~stable), step="post", **hatched)
