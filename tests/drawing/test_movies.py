@@ -15,6 +15,7 @@ import xarray as xr
 import yaml
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle
+from matplotlib.transforms import Bbox
 from PIL import Image
 from synthetic import PAPER_NODES, at_deborah, superposed, triplet
 
@@ -325,6 +326,19 @@ def test_the_moving_camera_tells_how_even_the_spacings_in_its_view_are(data):
     assert movies.variation_in_view(own, 0) == pytest.approx(np.std([1, 1, 3]) / np.mean([1, 1, 3]))
     z[0] = np.nan
     assert np.isnan(movies.variation_in_view(own.assign(moving_position=z), 0))
+
+
+@pytest.mark.parametrize("note", [None, "rectangular duct, 2 to 1: as in the inscribed tube"])
+def test_words_of_the_header_do_not_overlap(data, note):
+    """At the longest that they become: beyond the quasi-steady range, unequal spheres, a duct."""
+    own = data.assign(memory_number=2.4, diameter_variation=0.05)
+    own = own.assign_attrs(channel=note) if note else own
+    picture = canvas.Canvas(1280, 100)
+    movies._head(picture, "moving along at 1.234 U\u0304", own).set_text("t = 0.00 ms\nCV 0.42")
+    picture.agg.draw()
+    boxes = [text.get_window_extent() for text in picture.axes.texts]
+    assert len(boxes) == 4 + bool(note)
+    assert not [pair for pair in itertools.combinations(boxes, 2) if Bbox.intersection(*pair)]
 
 
 def test_what_stands_still_does_not_move(data):

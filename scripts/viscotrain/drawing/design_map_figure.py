@@ -284,7 +284,8 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
                 half = factor * own[f"{name}_halfwidth"].values
                 axes.fill_between(z, y - half, y + half, color=colour, alpha=0.2, lw=0)
                 error = factor * float(own[f"{name}_model_error"][-1])
-                axes.errorbar(z[-1], y[-1], error, color=colour, lw=2, clip_on=False)
+                bar = [[min(error, y[-1])], [error]]  # nothing is below 0
+                axes.errorbar(z[-1], y[-1], bar, color=colour, lw=2, clip_on=False)
             if column == 0:
                 axes.set_ylabel(label)
             axes.yaxis.set_major_locator(MaxNLocator(4))

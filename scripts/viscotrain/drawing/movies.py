@@ -56,8 +56,7 @@ def _entry(data: xr.Dataset) -> str:
     """How many spheres enter, by which law."""
     rate = float(data["injection_rate"]) / float(data["time_scale"])
     enter = f"{rate_in_words(rate)} spheres/s, " if math.isfinite(rate) else ""
-    duct = f"   {data.attrs['channel']}" if "channel" in data.attrs else ""
-    return f"{enter}{data.attrs['injection']} injection{unequal(data)}{duct}"
+    return f"{enter}{data.attrs['injection']} injection{unequal(data)}"
 
 
 def _place(z: float, data: xr.Dataset) -> str:
@@ -194,8 +193,10 @@ def variation_in_view(data: xr.Dataset, n: int) -> float:
 def _head(canvas: Canvas, place: str, data: xr.Dataset) -> Text:
     """Place, conditions, and words about the time that are to be filled in."""
     canvas.text(16, HEADER / 2, place)
-    for share, words in ((0.28, _conditions(data)), (0.74, _entry(data))):
-        canvas.text(HEAD, share * HEADER, words, "center", SMALL_TEXT)
+    lines = list(filter(None, [_conditions(data), _entry(data), data.attrs.get("channel")]))
+    size = min(SMALL_TEXT, 0.85 * HEADER / len(lines))
+    for n, words in enumerate(lines):
+        canvas.text(HEAD, (n + 0.5) / len(lines) * HEADER, words, "center", size)
     return canvas.text(REFERENCE_WIDTH - 16, HEADER / 2, "", "right")
 
 
