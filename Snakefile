@@ -32,6 +32,7 @@ if len(STUDIES) == 1:
     include: "workflow/rules/figures.smk"
     include: "workflow/rules/summary.smk"
     include: "workflow/rules/interactive.smk"
+    include: "workflow/rules/design.smk"
     include: "workflow/rules/verification.smk"
 
     rule all:

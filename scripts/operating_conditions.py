@@ -28,7 +28,7 @@ def main(job: Job, result: Result, csv: Csv, units: Units, flow: Flow, trains: T
         section=own.section,
     )
     job.write(found, result, "operating conditions")
-    operating_conditions.table(found).to_csv(csv, index=False, lineterminator="\n")
+    datasets.write_csv(operating_conditions.table(found), csv)
     print(*operating_conditions.summary(found), sep="\n")
 
 

@@ -261,6 +261,7 @@ def test_summary_and_page_by_hand_are_those_of_the_jobs(finished):
     assert len(shown) > 8
     assert set(shown) <= set(written)
     page = "scripts/interactive.py", "--configfile", "study.yaml"
+    page += "--order", results / "order/order.nc", "--flow", results / "channel_flow.nc"
     output(finished.run(*page, table, results / "units.nc", "again.html", train))
     assert (finished.folder / "again.html").read_bytes() == (
         results / "interactive.html"

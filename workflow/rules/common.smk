@@ -103,6 +103,12 @@ MOVIES = [train_name(*train, STUDY.trains.feed) for train in STUDY.movie_conditi
 MAP = [train_name(*train, STUDY.map_feed) for train in STUDY.map_conditions()]
 MAP_FRACTIONS = list(dict.fromkeys(phi for _, phi in STUDY.map_conditions()))
 
+# Names of what a design tries at each De: mean spacings, and the rate of beads that is wanted.
+DESIGN_DEBORAHS = [number_name(De) for De in STUDY.deborah.values if De > 0]
+DESIGN_TRAINS = [f"s{number_name(s)}" for s in STUDY.design.spacing] + (
+    ["rate"] if stages.encapsulation(STUDY).bead_rate else []
+)
+
 TRAIN_FIGURES = ["spacing", "strings", "train"]
 RELATIVE_VELOCITIES = {
     f"relative_velocities_De{number_name(De)}": number_name(De)

@@ -5,6 +5,8 @@ rule interactive:
     input:
         table=TABLE,
         units=UNITS,
+        flow=CHANNEL_FLOW,
+        order=f"{RESULTS}/order/order.nc",
         trains=expand(f"{RESULTS}/trains/{{train}}.nc", train=TRAINS),
     output:
         page=f"{RESULTS}/interactive.html",

@@ -260,6 +260,21 @@ class EncapsulationConfig(Section):
     )
 
 
+class DesignConfig(Section):
+    """What `snakemake design` tries: trains of every spacing at every De of the study but 0."""
+
+    spacing: ListOf[FiniteDistance] = key(
+        "mean spacings of the trains that are tried; that of encapsulation.bead_rate is tried too",
+        symbol="s",
+        unit="d",
+        default=(3.0, 4.0, 5.5, 8.0),
+        min_length=1,
+        rule="ascending",
+    )
+    repeats: int = key("independent trains per condition", default=4, ge=1)
+    passages: int = key("spheres recorded per repeat", default=300, ge=2)
+
+
 class DesignMapConfig(Section):
     """Trains over a range of conditions: spacing law and design map."""
 

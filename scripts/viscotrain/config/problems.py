@@ -323,6 +323,7 @@ _CHECKS: tuple[Check, ...] = (
     _one_way_to_say_how_much("design_map", needed=False),
     _ascending("design_map.volume_fraction"),
     _ascending("design_map.feed_volume_fraction"),
+    _ascending("design.spacing"),
     _unrepeated("verification.closure.deborah"),
     _ascending("verification.closure.gaps"),
 )

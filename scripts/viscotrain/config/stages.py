@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 
+from viscotrain.config.design_settings import DesignSettings, DesignTrainsSettings
 from viscotrain.config.device_settings import (
     FiguresSettings,
     FitSpreadSettings,
@@ -274,6 +275,31 @@ def encapsulation(study: Study) -> EncapsulationSettings:
     own = study.encapsulation
     wanted = own.droplet_frequency if own.bead_rate is None else own.bead_rate
     return EncapsulationSettings(droplet_frequency=own.droplet_frequency, bead_rate=wanted)
+
+
+def design_trains(study: Study) -> DesignTrainsSettings:
+    """Trains that a design tries, recorded at the inlet, half-way and at the outlet."""
+    length, own = study.channel.length, study.design
+    recorded = {"stations": (0.0, length / 2, length), "feed": False}
+    return DesignTrainsSettings(
+        trains=trains(study).model_copy(
+            update=recorded | {"repeats": own.repeats, "passages": own.passages}
+        ),
+        spacing=own.spacing,
+        bead_rate=encapsulation(study).bead_rate,
+    )
+
+
+def design(study: Study) -> DesignSettings:
+    """The answer of a design."""
+    wanted = encapsulation(study)
+    return DesignSettings(
+        trains=design_trains(study).trains,
+        conditions=operating_conditions(study),
+        ordered_variation=study.design_map.ordered_variation,
+        bead_rate=wanted.bead_rate,
+        droplet_frequency=wanted.droplet_frequency,
+    )
 
 
 def figures(study: Study, name: str = "") -> FiguresSettings:

@@ -16,6 +16,7 @@ from viscotrain.config.models import (
     TableConfig,
 )
 from viscotrain.config.outputs import (
+    DesignConfig,
     DesignMapConfig,
     EncapsulationConfig,
     FieldConfig,
@@ -58,6 +59,7 @@ class Study(Section):
     movies: MoviesConfig = MoviesConfig()
     design_map: DesignMapConfig = DesignMapConfig()
     encapsulation: EncapsulationConfig = EncapsulationConfig()
+    design: DesignConfig = DesignConfig()
     verification: VerificationConfig = VerificationConfig()
     budget: BudgetConfig = BudgetConfig()
 

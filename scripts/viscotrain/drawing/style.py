@@ -36,6 +36,7 @@ STYLE = {
     "axes.unicode_minus": True,
     "pdf.fonttype": 42,  # text stays text
     "savefig.dpi": 200,
+    "svg.hashsalt": "viscotrain",  # the same bytes each time
 }
 COLUMN, PAGE = 90 / 25.4, 180 / 25.4  # widths of figures in inches, as papers print them
 SMALL = 7  # size of text in a figure, as that of ticks and legends
