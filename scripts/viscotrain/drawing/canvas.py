@@ -4,11 +4,11 @@ Lengths are true: a point z of a window that begins at z_0 and is w wide is at p
 of a frame W pixels wide, the channel is W/w pixels high, a sphere d/D times that. Spheres closer
 than `TOUCHING` to a neighbour have a colour of their own.
 
-What stands still is drawn once; of a frame only spheres and a few words are. With about 45 spheres a
-frame of 1280 x 792 takes 3.8 ms of CPU so, a station's (1280 x 276) 1.7 ms; if all of it is drawn
-each time, some 27 ms. Discs and words that are painted into arrays of their own with numpy and Pillow
-took 3.8 and 0.8 ms. Of the former the discs were 1.6 ms; they take 4.3 with Pillow's discs at four
-times the size, 0.8 with Skia, 0.5 with OpenCV: less than the encoding, for one more dependency.
+What stands still is drawn once; of a frame only spheres and a few words are. With about 45 spheres
+a frame of 1280 x 792 takes 3.8 ms of CPU so, a station's (1280 x 276) 1.7 ms; if all of it is drawn
+each time, some 27 ms. Discs and words painted into arrays of their own with numpy and Pillow took
+3.8 and 0.8 ms. Of the former the discs were 1.6 ms; they take 4.3 with Pillow's discs at four times
+the size, 0.8 with Skia, 0.5 with OpenCV: less than the encoding, for one more dependency.
 """
 
 import math
