@@ -1,6 +1,6 @@
 r"""Design map stage: trains of all conditions -> the map in physical units, and its figures.
 
-python scripts/design_map.py --configfile config/config.yaml OUTPUT UNITS FLOW POINT... \
+python scripts/design_map.py --configfile config/config.yaml OUTPUT TABLE UNITS FLOW POINT... \
     [--figures FOLDER]
 """
 
@@ -8,16 +8,24 @@ from pathlib import Path
 from typing import Annotated
 
 from viscotrain.config import stages
-from viscotrain.drawing import figures as drawn
+from viscotrain.drawing.design_figures import spacing_law
+from viscotrain.drawing.design_map_figure import draw_design_map
 from viscotrain.jobs import datasets, drawings
-from viscotrain.jobs.entry import Flow, Job, MapPoints, Result, Units, folder_of, made, run
+from viscotrain.jobs.entry import Flow, Job, MapPoints, Result, Table, Units, folder_of, made, run
+from viscotrain.table.drift import open_table
 from viscotrain.trains import design_map
 
 Figures = Annotated[Path | None, made("folder", key="figure", convert=folder_of, named=True)]
 
 
 def main(
-    job: Job, result: Result, units: Units, flow: Flow, points: MapPoints, figures: Figures = None
+    job: Job,
+    result: Result,
+    table: Table,
+    units: Units,
+    flow: Flow,
+    points: MapPoints,
+    figures: Figures = None,
 ):
     """Combine the trains of all conditions, write the map and draw it."""
     own = job.settings
@@ -30,9 +38,12 @@ def main(
     )
     job.write(combined, result, "design map")
     print(*design_map.headline(combined), sep="\n")
-    for name in ("spacing_law", "design_map") if figures else ():
-        drawing = drawn.draw(name, combined, own.confinement)
-        drawings.save(drawing, figures / name, note=own.section.remark)
+    if figures:
+        velocities = open_table(table, flow if own.section.is_duct else None)
+        found = design_map.ordering(combined, velocities, own.closure, own.section)
+        drawings.save(spacing_law(combined), figures / "spacing_law", note=own.section.remark)
+        drawing = draw_design_map(combined, found)
+        drawings.save(drawing, figures / "design_map", note=own.section.remark)
 
 
 run(main, settings=stages.design_map)

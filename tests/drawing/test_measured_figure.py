@@ -9,6 +9,7 @@ from viscotrain.config.device_settings import (
 )
 from viscotrain.drawing import figures, train_figures
 from viscotrain.files import MADE_HERE
+from viscotrain.fluid.channel import ROUND
 from viscotrain.jobs import datasets
 from viscotrain.trains import measured
 from viscotrain.trains.repeats import run_repeats
@@ -70,7 +71,7 @@ def test_a_file_of_measured_spacings_reaches_the_figure(trains, compared, tmp_pa
     train, seen = tmp_path / "train.nc", tmp_path / "measured.nc"
     datasets.write(trains.assign_attrs({MADE_HERE: "0123"}), train)
     datasets.write(compared.assign_attrs({MADE_HERE: "0123"}), seen)
-    settings = FiguresSettings(confinement=0.2)
+    settings = FiguresSettings(confinement=0.2, section=ROUND)
     for name in ("spacing_De1_phi0.01", "strings_De1_phi0.01"):
         drawing = figures.draw_with(settings, name, train, None, seen)
         assert ("ks_distance" in drawing.data) == name.startswith("spacing")

@@ -15,10 +15,12 @@ import xarray as xr
 import yaml
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle
+from matplotlib.transforms import Bbox
 from PIL import Image
 from synthetic import PAPER_NODES, at_deborah, superposed, triplet
 
 from viscotrain.drawing import canvas, encoding, figures, movies, scale_bar, style
+from viscotrain.fluid.channel import ROUND
 from viscotrain.table.size_response import SizeResponse
 from viscotrain.trains import films, statistics
 from viscotrain.trains.closures import EverySphere
@@ -132,7 +134,7 @@ def test_a_film_is_of_the_spheres_that_entered_by_the_same_law(velocities):
         repeats=1,
         seed=3,
     ).assign(deborah=5.0, memory_number=("repeat", [0.0]))
-    ((z, _),) = films._positions(velocities, train, np.array([0.0]))
+    ((z, _),) = films._positions(velocities, train, np.array([0.0]), ROUND)
     known = train["position"].values[0, 0]
     np.testing.assert_array_equal(z / BETA, known[np.isfinite(known)] * BETA / BETA)
     film = films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=2)
@@ -206,7 +208,7 @@ def test_a_train_with_memory_is_filmed_with_it(velocities):
         for strength in (0.0, 40.0)
     ]
     times = trains[1]["snapshot_time"].values[0]
-    seen = films._positions(velocities, trains[1], times - times[0])
+    seen = films._positions(velocities, trains[1], times - times[0], ROUND)
     for n, (positions, _) in enumerate(seen):
         held, kept = (train["position"].values[0, n] * BETA for train in trains)
         np.testing.assert_allclose(positions, kept[np.isfinite(kept)], rtol=0, atol=1e-9)
@@ -232,10 +234,19 @@ def test_spheres_are_drawn_where_they_are(data, station):
         assert assert_spheres_at(frame, view, z) > 1
 
 
+def painted(width, start, z, diameter):
+    """Spheres in a picture 40 pixels high, 100 pixels per D; NaN is none."""
+    picture = canvas.Canvas(width, 40 * canvas.REFERENCE_WIDTH / width)
+    spheres = picture.spheres()
+    view = canvas.View(start=start, scale=100.0, axis=20.0)
+    seen = np.array([*z, np.nan]), np.array([*diameter, np.nan])
+    (frame,) = picture.frames(1, [spheres], lambda n: picture.place(spheres, [view], *seen, BETA))
+    assert frame.shape == (40, width, 3)
+    return frame
+
+
 def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():
-    frame = np.full((40, 400, 3), 255, dtype=np.uint8)
-    view = canvas.View(start=1.0, scale=100.0, axis=20.0)
-    canvas.draw_spheres(frame, view, np.array([1.5, 1.71, 3.0]), np.ones(3), BETA)
+    frame = painted(400, 1.0, [1.5, 1.71, 3.0], [1.0, 1.0, 1.0])
     blue = runs(np.abs(frame[20].astype(int) - COLOURS["alone"]).sum(axis=-1) < 30)
     red = runs(np.abs(frame[20].astype(int) - COLOURS["touching"]).sum(axis=-1) < 30)
     assert [(run[0], run.size) for run in blue] == [(190, 20)]  # 0.2 D, centre at 2 D
@@ -246,9 +257,7 @@ def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():
 
 def test_unequal_spheres_have_their_own_diameters_and_touch_by_their_gap():
     """Diameters 0.28, 0.2 and 0.12 D: gaps of 0.01 D and, at equal distance, 0.09 D."""
-    frame = np.full((40, 400, 3), 255, dtype=np.uint8)
-    view, z = canvas.View(start=1.0, scale=100.0, axis=20.0), np.array([1.5, 1.75, 2.0])
-    canvas.draw_spheres(frame, view, z, np.array([1.4, 1.0, 0.6]), BETA)
+    frame = painted(400, 1.0, [1.5, 1.75, 2.0], [1.4, 1.0, 0.6])
     blue, red = (
         [(run[0], run.size) for run in runs(np.abs(frame[20].astype(int) - rgb).sum(axis=-1) < 30)]
         for rgb in COLOURS.values()
@@ -293,9 +302,7 @@ def test_films_of_unequal_spheres_are_of_the_diameters_of_the_train(velocities):
 
 
 def test_spheres_at_the_edge_are_cut():
-    frame = np.full((40, 100, 3), 255, dtype=np.uint8)
-    z = np.array([-0.05, 1.2, 5.0])
-    canvas.draw_spheres(frame, canvas.View(0.0, 100.0, 20.0), z, np.ones(3), BETA)
+    frame = painted(100, 0.0, [-0.05, 1.2, 5.0], [1.0, 1.0, 1.0])
     assert runs((frame[20] != 255).any(axis=-1))[0].tolist() == list(range(5))
 
 
@@ -307,6 +314,42 @@ def test_rows_of_the_moving_frame_show_successive_pieces(data):
         assert [a.start - b.start for a, b in itertools.pairwise(views)] == [VIEW] * 3
         for view in views:
             assert assert_spheres_at(frames[n], view, data["moving_position"].values[n]) > 1
+
+
+def test_the_moving_camera_tells_how_even_the_spacings_in_its_view_are(data):
+    """Of spheres within its window, not of those in the margin beside it."""
+    z = data["moving_position"].copy(deep=True)
+    end, length = float(data["moving_window_end"][0]), float(data["moving_length"])
+    z[0] = np.nan
+    z[0, :6] = np.sort([end + 0.3, *(end - np.array([0, 1, 2, 5])), end - length - 0.1])
+    own = data.assign(moving_position=z)
+    assert movies.variation_in_view(own, 0) == pytest.approx(np.std([1, 1, 3]) / np.mean([1, 1, 3]))
+    z[0] = np.nan
+    assert np.isnan(movies.variation_in_view(own.assign(moving_position=z), 0))
+
+
+@pytest.mark.parametrize("note", [None, "rectangular duct, 2 to 1: as in the inscribed tube"])
+def test_words_of_the_header_do_not_overlap(data, note):
+    """At the longest that they become: beyond the quasi-steady range, unequal spheres, a duct."""
+    own = data.assign(memory_number=2.4, diameter_variation=0.05)
+    own = own.assign_attrs(channel=note) if note else own
+    picture = canvas.Canvas(1280, 100)
+    movies._head(picture, "moving along at 1.234 U\u0304", own).set_text("t = 0.00 ms\nCV 0.42")
+    picture.agg.draw()
+    boxes = [text.get_window_extent() for text in picture.axes.texts]
+    assert len(boxes) == 4 + bool(note)
+    assert not [pair for pair in itertools.combinations(boxes, 2) if Bbox.intersection(*pair)]
+
+
+def test_what_stands_still_does_not_move(data):
+    """All frames of a camera differ in spheres, time and place only."""
+    first, *_, last = movies.moving_frames(data, width=WIDTH, frame_rate=RATE)
+    views = movies.moving_views(data, 0, WIDTH)
+    gaps = [round((a.axis + b.axis) / 2) for a, b in itertools.pairwise(views)]
+    assert (first[gaps] == last[gaps]).all() and (first[gaps] < 200).any()
+    walls = [round(view.axis - view.scale / 2) - 1 for view in views]
+    assert (first[walls] == last[walls]).all() and (first[walls] < 100).all()
+    assert (first != last).any()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Schematic: real proportions, from the geometry code."""
 
+import itertools
 import math
 
 import harness
@@ -9,6 +10,7 @@ import xarray as xr
 from matplotlib import image
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
+from matplotlib.transforms import Bbox
 
 from viscotrain.config import stages
 from viscotrain.drawing import schematic
@@ -84,6 +86,17 @@ def test_everything_is_named(study, drawing):
     ):
         assert word in words
     assert f"outlet, $z$ = {study.channel_length:g} $D$" in words
+    assert "drawn at the mean spacing" in words and "order" not in words
+
+
+def test_words_of_the_train_do_not_overlap(study):
+    """Of a tube, and of a duct, whose section stands beside it."""
+    for section in (study.section, CrossSection(RECTANGLE, 2.0)):
+        own = schematic.geometry(study.model_copy(update={"section": section}), 1.65)
+        figure = schematic.draw(own).figure
+        figure.draw_without_rendering()
+        boxes = [text.get_window_extent() for text in figure.axes[1].texts if text.get_text()]
+        assert not [pair for pair in itertools.combinations(boxes, 2) if Bbox.intersection(*pair)]
 
 
 def test_a_duct_has_its_section_and_its_law(study):
@@ -98,7 +111,7 @@ def test_a_duct_has_its_section_and_its_law(study):
     right = drawn[-1].get_x() + drawn[-1].get_width()
     assert right < lower.get_xlim()[1]
     words = " ".join(text.get_text() for text in lower.texts)
-    assert "section: rectangular duct, 2 to 1\n(dashed: simulated)" in words
+    assert "rectangular duct, 2 to 1\n(dashed: simulated)" in words
     assert "in the inscribed tube" in upper.get_title("left")
     assert f"${math.pi / 12:.3f}\\,\\beta^2/\\phi$" in lower.get_title("left")
     spacing = float(own["mean_spacing"]) / study.confinement * study.volume_fraction

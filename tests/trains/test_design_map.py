@@ -6,17 +6,21 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from harness import CONFIG, output, run_script
+from harness import CONFIG, FINISHED_TABLE, ROOT, output, run_script
+from matplotlib.collections import QuadMesh
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 from synthetic import triplet
 
 from viscotrain.drawing import design_figures, figures
+from viscotrain.drawing.design_map_figure import draw_design_map
 from viscotrain.fluid.channel import RECTANGLE, ROUND, CrossSection
 from viscotrain.fluid.parameters import NEWTONIAN, DimensionlessFluid, Fluid, Mode
 from viscotrain.fluid.units import physical_units
 from viscotrain.studies.channel_flow import channel_flow
-from viscotrain.trains import design_map, model_error, statistics
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import design_map, model_error, order, statistics
+from viscotrain.trains.closures import CLOSURES
 from viscotrain.trains.injection import injection_law
 from viscotrain.trains.repeats import run_repeats
 
@@ -131,8 +135,6 @@ def test_ordered_position_has_the_range_that_errors_leave():
     assert float(own["ordered_position"][0, 0]) == pytest.approx(80.0)
     assert float(own["ordered_position_earliest"][0, 0]) == pytest.approx(60.0)
     assert float(own["ordered_position_latest"][0, 0]) == pytest.approx(100.0)
-    order = figures.draw("design_map", own, 0.2).figure.axes[4]
-    assert [text.get_text() for text in order.texts] == ["0.8\n0.6 to 1.0"]
 
 
 def test_a_map_of_the_feed_has_its_own_axis():
@@ -148,7 +150,7 @@ def test_a_map_of_the_feed_has_its_own_axis():
     np.testing.assert_allclose(phi, [0.005, 0.0055])
     rows = design_map.table(own)
     assert rows["feed_volume_fraction_percent"].round(6).unique().tolist() == [0.9, 1.0]
-    figure, _ = figures.draw("design_map", own, 0.2)
+    figure, _ = draw_design_map(own, found_for(own))
     assert any("in the feed" in word for word in words_of(figure))
     law = figures.draw("spacing_law", own, 0.2).data
     np.testing.assert_allclose(
@@ -165,7 +167,7 @@ def test_conditions_whose_gaps_change_too_fast_are_named(hand_made):
     assert set(rows.loc[(5.0, 1.0), "memory_number"]) == {0.11}
     slow = hand_made.assign(memory_number=hand_made["memory_number"] / 2)
     assert "quasi-steady" not in design_map.headline(slow)[-1]
-    for draw in (design_figures.spacing_law, design_figures.draw_design_map):
+    for draw in (design_figures.spacing_law, lambda own: draw_design_map(own, found_for(own))):
         words = every_word(draw(hand_made).figure)
         assert "De = 5 \N{DAGGER}" in words and "De = 1 \N{DAGGER}" not in words
         assert "\N{DAGGER} beyond the quasi-steady range" in words
@@ -230,11 +232,29 @@ def test_table_has_a_row_per_condition_and_length_in_units_of_the_bench(hand_mad
 def test_headline_names_the_most_even_train(hand_made):
     words = "\n".join(design_map.headline(hand_made))
     assert "at 1 of 3 conditions" in words
-    assert "0.100 +- 0.000 +- 0.000 (sampling, model), at De = 1,\nphi = 0.6 %" in words
+    assert "0.100 +- 0 +- 0 (sampling, model), at De = 1,\nphi = 0.6 %" in words
     assert "in the feed 0.99 %" in words and "spheres/s" in words
 
 
 # ---------------------------------------------------------------------------------------- figures
+
+UNSTABLE_FROM = 0.012
+
+
+def found_for(dataset):
+    """Ordering lengths by hand: l = 200 D phi/0.5 %, times 1, 2 with De; unstable if dense."""
+    phi = np.geomspace(0.002, 0.02, 60)
+    deborah = dataset["deborah"].values
+    length = 200 * phi / 0.005 * np.arange(1, deborah.size + 1)[:, None]
+    dims, stable = ("deborah", "spacing"), phi <= UNSTABLE_FROM
+    return xr.Dataset(
+        {
+            "ordering_length": (dims, np.where(stable, length, np.inf)),
+            "stability": (dims, np.where(stable, 1, -1) + np.zeros_like(length)),
+            "feed_volume_fraction": (dims, U_P * phi + np.zeros_like(length)),
+        },
+        {"deborah": deborah, "volume_fraction": ("spacing", phi)},
+    )
 
 
 def every_word(figure):
@@ -255,30 +275,90 @@ def words_of(figure):
 
 
 def test_design_map_draws_only_conditions_that_were_simulated(hand_made):
-    figure, data = figures.draw("design_map", hand_made, 0.2)
+    figure, data = draw_design_map(hand_made, found_for(hand_made))
     pd.testing.assert_frame_equal(data, design_map.table(hand_made))
     words = words_of(figure)
-    variation = figure.axes[0]
+    variation = figure.axes[2]
     cells = {text.get_position(): text.get_text() for text in variation.texts}
     assert cells[0, 0].startswith("0.100") and cells[0, 1].startswith("0.750")
     assert (1, 0) not in cells  # De = 1, phi = 1 %: not simulated
     assert len([patch for patch in variation.patches if isinstance(patch, Rectangle)]) == 3
-    assert cells[0, 0] == "0.100\n\N{PLUS-MINUS SIGN} 0.000\n\N{PLUS-MINUS SIGN} 0.000"
-    order = [text.get_text() for text in figure.axes[4].texts]
-    assert order == ["0.8", "not\nreached", "not\nreached"]
+    assert cells[0, 0] == "0.100\n\N{PLUS-MINUS SIGN}0\n\N{PLUS-MINUS SIGN}0"
     entry = [text.get_text() for text in figure.axes[5].texts]
     assert [words.split("\n")[0] for words in entry] == ["0.99 %", "0.99 %", "1.65 %"]
     # CV = (1 - 1/4.44)/sqrt(3) and (1 - 1/2.67)/sqrt(3), less than 1 % lower by slow triplets
     assert [words.split("\n")[2] for words in entry] == ["CV 0.44", "CV 0.44", "CV 0.35"]
     assert all(words.split("\n")[1].endswith("/s") for words in entry)
-    for word in ("De = 5 \N{DAGGER}\n3.13 \N{MICRO SIGN}L/min, 2.4 bar", "0.6", "ordered below"):
+    for word in ("De = 5 \N{DAGGER}\n3.13 \N{MICRO SIGN}L/min\n2.4 bar", "0.6", "ordered below"):
         assert word in words
-    assert any("[cm]" in word for word in words) and any("[%]" in word for word in words)
+    assert any("[%]" in word for word in words)
+
+
+def test_the_map_shows_ordering_lengths_in_a_band_for_each_deborah_number(hand_made):
+    """l/L = phi over 0.5 % of the channel's 200 D at De = 1, twice that at De = 5."""
+    found = found_for(hand_made)
+    axes = draw_design_map(hand_made, found).figure.axes[0]
+    bands = [drawn for drawn in axes.collections if isinstance(drawn, QuadMesh)]
+    unstable = [drawn for drawn in axes.collections if drawn.get_hatch()]
+    assert len(bands) == len(unstable) == 2
+    phi = found["volume_fraction"].values
+    for n, (band, hatched) in enumerate(zip(bands, unstable, strict=True)):
+        share = band.get_array().ravel()
+        stable = phi <= UNSTABLE_FROM
+        np.testing.assert_array_equal(np.ma.getmaskarray(share), ~stable)
+        np.testing.assert_allclose(10 ** share[stable], (n + 1) * phi[stable] / 0.005)
+        assert (band.norm.vmin, band.norm.vmax) == (-1, 1)  # l = L is in the middle, white
+        low, high = band.get_coordinates()[..., 1].min(), band.get_coordinates()[..., 1].max()
+        assert n - 0.5 < low < n < high < n + 0.5  # nothing between two Deborah numbers
+        edges = np.concatenate([path.vertices[:, 0] for path in hatched.get_paths()])
+        between = np.sqrt(phi[stable].max() * phi[~stable].min())
+        assert (edges.min(), edges.max()) == pytest.approx((100 * between, 100 * phi.max()))
+    conditions = {
+        (round(x, 6), y): text.get_text() for text in axes.texts for x, y in [text.get_position()]
+    }
+    assert conditions == {(0.6, 0): "0.10", (0.6, 1): "0.75", (1.0, 1): "0.75"}
+
+
+def test_words_of_a_map_have_one_of_two_sizes_on_a_page(hand_made):
+    figure = draw_design_map(hand_made, found_for(hand_made)).figure
+    assert figure.get_figwidth() * 25.4 == pytest.approx(180)
+    sizes = {item.get_fontsize() for item in figure.findobj(Text) if item.get_text()}
+    assert sizes == {7.0, 8.0}
+
+
+def test_words_of_many_conditions_stay_in_their_cells():
+    """Eight fractions: statistics stand below each other, and words on the map alternate."""
+    phi = np.linspace(0.004, 0.0047, 8)
+    points = [point(De, own, [alternating(3, 5)] * 3) for De in (1.0, 5.0) for own in phi]
+    own = design_map.combine(points, units=UNITS, flow=FLOW, ordered_variation=0.3)
+    figure = draw_design_map(own, found_for(own)).figure
+    figure.draw_without_rendering()
+    for axes in figure.axes[2:6]:
+        for text, cell in zip(axes.texts, axes.patches, strict=True):
+            assert text.get_window_extent().width < cell.get_window_extent().width
+    rows = [text.get_position()[1] for text in figure.axes[0].texts]
+    np.testing.assert_allclose(rows, np.repeat([0, 1], 8) + np.tile([0.2, -0.2], 8))
+
+
+def test_ordering_lengths_of_a_map_are_those_of_its_table(hand_made):
+    """As `order` has them at the same distance; as far as the thinnest train, at its De only."""
+    table = VelocityTable.open(ROOT / FINISHED_TABLE)
+    thin = hand_made.sel(deborah=[5.0]).assign_coords(volume_fraction=[0.0005, 0.01])
+    found = design_map.ordering(thin, table, "every_sphere")
+    assert found["deborah"].values.tolist() == [5.0]
+    phi, s = found["volume_fraction"].values, float(found["spacing"][120])
+    assert phi.min() < 0.0005 and phi.max() > 0.02
+    assert phi[120] == pytest.approx(2 / 3 * 0.04 / s)
+    answer = order.response(CLOSURES["every_sphere"](table.at(5.0)), s)
+    length = order.ordering_length(answer, 0.2)
+    assert float(found["ordering_length"][0, 120]) == pytest.approx(length, rel=1e-12)
+    feed = float(found["feed_volume_fraction"][0, 120])
+    assert feed == pytest.approx(phi[120] * answer.velocity, rel=1e-12)
 
 
 def test_rows_of_curves_hold_all_of_them(hand_made):
     """Also those that are higher in the second column than in the first, De = 5: CV 0.75."""
-    figure = figures.draw("design_map", hand_made, 0.2).figure
+    figure = draw_design_map(hand_made, found_for(hand_made)).figure
     curves = figure.axes[6:]
     assert len(curves) == 3 * 2
     for axes in curves:
@@ -350,7 +430,7 @@ def test_scripts_from_the_command_line(tiny_table, tmp_path):
         run("trains.py", "--design-map", *condition, tiny_table, f"phi{phi}.nc")
     run("units.py", "units.nc")
     run("channel_flow.py", "flow.nc")
-    files = "units.nc", "flow.nc", "phi0.015.nc", "phi0.01.nc"
+    files = tiny_table, "units.nc", "flow.nc", "phi0.015.nc", "phi0.01.nc"
     words = run("design_map.py", "map.nc", *files, "--figures", "figures")
     assert (tmp_path / "figures" / "spacing_law.png").exists()
     assert (tmp_path / "figures" / "design_map.csv").exists()

@@ -3,6 +3,7 @@
 
 rule design_map:
     input:
+        table=TABLE,
         units=UNITS,
         flow=CHANNEL_FLOW,
         points=expand(f"{RESULTS}/design_map/{{train}}.nc", train=MAP),

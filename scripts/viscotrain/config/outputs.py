@@ -276,7 +276,7 @@ class DesignConfig(Section):
 
 
 class DesignMapConfig(Section):
-    """Trains over a range of conditions: spacing law and design map."""
+    """Trains over a range of conditions: the design map, and the spacing law as a check."""
 
     deborah: ListOf[DeborahNumber] | None = key(
         "Deborah numbers of the map; null = deborah.values but 0; [] = no map",

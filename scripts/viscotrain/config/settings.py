@@ -303,9 +303,9 @@ class MoviesSettings(Settings):
 
 
 class DesignMapSettings(Settings):
-    """The design map: when a train counts as ordered."""
+    """The design map: when a train counts as ordered, by which closure trains were simulated."""
 
-    confinement: float
+    closure: str
     section: CrossSection
     ordered_variation: float
 

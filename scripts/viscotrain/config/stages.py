@@ -264,7 +264,7 @@ def movies(study: Study) -> MoviesSettings:
 def design_map(study: Study) -> DesignMapSettings:
     """The map of all conditions."""
     return DesignMapSettings(
-        confinement=study.confinement,
+        closure=study.trains.closure,
         section=study.channel.section,
         ordered_variation=study.design_map.ordered_variation,
     )

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from viscotrain.drawing.design_figures import AXES
+from viscotrain.drawing.conventions import FRACTION_AXES
 from viscotrain.drawing.style import (
     MARKERS,
     PAGE,
@@ -273,7 +273,7 @@ def _label(own: pd.DataFrame) -> str:
 
 def _finished(figure: Figure, panels, words: str, table: pd.DataFrame) -> Drawing:
     for axes, _ in panels:
-        axes.set(xscale="log", xlabel=AXES["volume_fraction"])
+        axes.set(xscale="log", xlabel=FRACTION_AXES["volume_fraction"])
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     panels[0][0].set_ylabel(words)
     handles, labels = panels[0][0].get_legend_handles_labels()

@@ -27,6 +27,10 @@ REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
 REPULSION_COLOUR, ATTRACTION_COLOUR = "#B2182B", "#2166AC"  # towards the ends of RdBu_r
 DISTANCE_TICKS = (1, 1.2, 1.5, 2, 3, 5, 10, math.inf)
 MARK = "\N{DAGGER}"  # of Deborah numbers with a remark
+FRACTION_AXES = {
+    "volume_fraction": r"volume fraction in the channel, $\phi$ [%]",
+    "feed_volume_fraction": r"volume fraction in the feed, $\phi_{feed}$ [%]",
+}
 GRID = 241  # points per axis of a drawn interpolant
 
 
@@ -127,6 +131,11 @@ def amounts(data: xr.Dataset) -> str:
 def marked_deborah(deborah: float, remark: str) -> str:
     """De in words, with a mark if there is a remark, as where many De share a legend."""
     return f"De = {deborah:g}" + (f" {MARK}" if remark else "")
+
+
+def remarks(dataset: xr.Dataset) -> list[str]:
+    """Of each Deborah number of a map: whether a condition is beyond the quasi-steady range."""
+    return [memory_remark(dataset.sel(deborah=De)) for De in dataset["deborah"].values]
 
 
 def mark_explained(remarks: Iterable[str]) -> str:

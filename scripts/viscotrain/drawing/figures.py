@@ -11,7 +11,7 @@ from viscotrain.config.device_settings import (
 )
 from viscotrain.drawing import rheology_figure, schematic
 from viscotrain.drawing.conventions import with_sphere_rate
-from viscotrain.drawing.design_figures import draw_design_map, spacing_law, stations
+from viscotrain.drawing.design_figures import spacing_law, stations
 from viscotrain.drawing.pair_velocities import pair_velocity
 from viscotrain.drawing.relative_velocities import relative_velocities
 from viscotrain.drawing.stress_field import stress_field
@@ -112,10 +112,7 @@ def draw(
         return stations(dataset, units)
     if name == "spacing_law":
         return spacing_law(dataset)
-    if name == "design_map":
-        return draw_design_map(dataset)
     raise FigureError(
         f"figure is {name!r}; allowed: relative_velocities_De*, pair_velocity, stress_field, "
-        "spacing_De*_phi*, strings_De*_phi*, train_De*_phi*, stations_De*_phi*, spacing_law, "
-        "design_map"
+        "spacing_De*_phi*, strings_De*_phi*, train_De*_phi*, stations_De*_phi*, spacing_law"
     )

@@ -11,19 +11,21 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.patches import Rectangle
+from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from viscotrain.drawing.canvas import (
-    BLACK,
     GREY_TEXT,
+    POINT,
     REFERENCE_WIDTH,
+    SHADOW,
     SMALL_TEXT,
     THICK,
     WALL,
     Canvas,
     View,
-    draw_spheres,
 )
 from viscotrain.drawing.encoding import write
 from viscotrain.drawing.scale_bar import scale_bar
@@ -35,6 +37,9 @@ from viscotrain.trains.variables import rate_in_words, unequal
 BAR_START = 190  # of the scale bar
 HEADER, TICKS, FOOT = 60, 42, 46  # heights above the channel, below it, and below that
 ROW_GAP = 34  # between the rows of the moving window
+HEAD = 705  # middle of what the header says
+ENDS = 120  # beside the line that stands for the channel
+RING = 2 * POINT  # around a sphere of the first frame
 
 
 def _conditions(data: xr.Dataset) -> str:
@@ -51,8 +56,7 @@ def _entry(data: xr.Dataset) -> str:
     """How many spheres enter, by which law."""
     rate = float(data["injection_rate"]) / float(data["time_scale"])
     enter = f"{rate_in_words(rate)} spheres/s, " if math.isfinite(rate) else ""
-    duct = f"   {data.attrs['channel']}" if "channel" in data.attrs else ""
-    return f"{enter}{data.attrs['injection']} injection{unequal(data)}{duct}"
+    return f"{enter}{data.attrs['injection']} injection{unequal(data)}"
 
 
 def _place(z: float, data: xr.Dataset) -> str:
@@ -108,19 +112,22 @@ def station_frames(
     """
     view = station_view(data, station, width)
     below = HEADER + view.scale * REFERENCE_WIDTH / width
-    canvas = Canvas.blank(width, below + TICKS + FOOT)
+    canvas = Canvas(width, below + TICKS + FOOT)
     time, speed = _clock(data, data["time"].values, frame_rate)
-    _head(canvas, _place(float(data["station"][station]), data), data)
+    now = _head(canvas, _place(float(data["station"][station]), data), data)
     canvas.channel(view)
     _ticks(canvas, view, below, float(data["station"][station]))
     _foot(canvas, below + TICKS + FOOT / 2, data, speed)
-    canvas.pointer(840, below + TICKS + FOOT / 2 - 7)
+    canvas.mark(840, below + TICKS + FOOT / 2, "^", WALL)
     canvas.text(857, below + TICKS + FOOT / 2, "station", size=SMALL_TEXT)
     positions, diameters = (data[name].values[station] for name in ("position", "diameter"))
-    for n, (z, diameter) in enumerate(zip(positions, diameters, strict=True)):
-        frame, there = _timed(canvas, time(n)), np.isfinite(z)
-        draw_spheres(frame, view, z[there], diameter[there], float(data["confinement"]))
-        yield frame
+    spheres = canvas.spheres()
+
+    def update(n: int):
+        now.set_text(time(n))
+        canvas.place(spheres, [view], positions[n], diameters[n], float(data["confinement"]))
+
+    yield from canvas.frames(len(positions), [spheres, now], update)
 
 
 def moving_views(data: xr.Dataset, n: int, width: int) -> list[View]:
@@ -148,56 +155,61 @@ def moving_frames(data: xr.Dataset, *, width: int, frame_rate: float) -> Iterato
     """
     views, beta = moving_views(data, 0, width), float(data["confinement"])
     below = (views[-1].axis + views[-1].scale / 2) * REFERENCE_WIDTH / width + 10
-    canvas = Canvas.blank(width, below + 2 * FOOT + 16)
+    canvas = Canvas(width, below + 2 * FOOT + 16)
     time, speed = _clock(data, data["moving_time"].values, frame_rate)
-    _head(canvas, f"moving along at {float(data['moving_velocity']):.3f} U\u0304", data)
+    now = _head(canvas, f"moving along at {float(data['moving_velocity']):.3f} U\u0304", data)
     for view in views:
         canvas.channel(view)
         if view is not views[-1]:
             y = (view.axis + view.scale / 2) * REFERENCE_WIDTH / width + ROW_GAP / 2
-            canvas.text(
-                16, y, "\u2199 goes on below, on the right", size=SMALL_TEXT, fill=GREY_TEXT
-            )
-        first = data["moving_position"].values[0]
-        for column in view.column(first[np.isfinite(first)]):
-            canvas.ring(column, view.axis, beta * view.scale / 2)
+            words = "\u2199 goes on below, on the right"
+            canvas.text(16, y, words, size=SMALL_TEXT, color=GREY_TEXT)
     y = below + FOOT / 2 + 4
     _foot(canvas, y, data, speed)
-    canvas.ring(840 * canvas.unit, y * canvas.unit, 9 * canvas.unit)
+    canvas.mark(840, y, "o", "none", mec=SHADOW, mew=RING)
     canvas.text(857, y, "in the first frame", size=SMALL_TEXT)
-    spheres = zip(data["moving_position"].values, data["moving_diameter"].values, strict=True)
-    for n, (z, diameter) in enumerate(spheres):
-        now = canvas.copy()
-        _progress(now, below + FOOT + 14, data, n)
-        frame, there = _timed(now, time(n)), np.isfinite(z)
-        for view in moving_views(data, n, width):
-            draw_spheres(frame, view, z[there], diameter[there], beta)
-        yield frame
+    window = _progress(canvas, below + FOOT + 14, data)
+    starts = window.get_x() + _along(data)
+    positions, diameters = data["moving_position"].values, data["moving_diameter"].values
+    first = canvas.spheres(facecolor="none", edgecolor=SHADOW, linewidth=RING)
+    canvas.place(first, views, positions[0], diameters[0], beta)
+    spheres = canvas.spheres()
+
+    def update(n: int):
+        now.set_text(f"{time(n)}\nCV {variation_in_view(data, n):.2f}")
+        window.set_x(starts[n])
+        canvas.place(spheres, moving_views(data, n, width), positions[n], diameters[n], beta)
+
+    yield from canvas.frames(len(positions), [spheres, now, window], update)
 
 
-def _timed(canvas: Canvas, words: str) -> NDArray:
-    """The picture with the time in its head."""
-    canvas = canvas.copy()
-    canvas.text(REFERENCE_WIDTH - 16, HEADER / 2, words, anchor="rm")
-    return np.array(canvas.image)
+def variation_in_view(data: xr.Dataset, n: int) -> float:
+    """Coefficient of variation of the spacings that frame n of the moving camera shows."""
+    z, end = data["moving_position"].values[n], float(data["moving_window_end"][n])
+    spacing = np.diff(z[(z >= end - float(data["moving_length"])) & (z <= end)])
+    return float(spacing.std() / spacing.mean()) if spacing.size else math.nan
 
 
-def _head(canvas: Canvas, place: str, data: xr.Dataset):
+def _head(canvas: Canvas, place: str, data: xr.Dataset) -> Text:
+    """Place, conditions, and words about the time that are to be filled in."""
     canvas.text(16, HEADER / 2, place)
-    for share, words in ((0.28, _conditions(data)), (0.74, _entry(data))):
-        canvas.text(REFERENCE_WIDTH / 2, share * HEADER, words, anchor="mm", size=SMALL_TEXT)
+    lines = list(filter(None, [_conditions(data), _entry(data), data.attrs.get("channel")]))
+    size = min(SMALL_TEXT, 0.85 * HEADER / len(lines))
+    for n, words in enumerate(lines):
+        canvas.text(HEAD, (n + 0.5) / len(lines) * HEADER, words, "center", size)
+    return canvas.text(REFERENCE_WIDTH - 16, HEADER / 2, "", "right")
 
 
 def _ticks(canvas: Canvas, view: View, below: float, station: float):
     """Positions in D below the channel, and a mark at the station."""
-    end = view.start + canvas.image.width / view.scale
+    end = view.start + REFERENCE_WIDTH * canvas.unit / view.scale
     for z in MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(view.start, end):
         x = float(view.column(z)) / canvas.unit
         canvas.box(x - 1, below + THICK, x + 1, below + THICK + 9, WALL)
         if 30 < x < REFERENCE_WIDTH - 30:
-            canvas.text(x, below + 28, f"{z:g} D", anchor="mm", size=SMALL_TEXT)
+            canvas.text(x, below + 30, f"{z:g} D", "center", SMALL_TEXT)
     x = np.clip(float(view.column(station)) / canvas.unit, 10, REFERENCE_WIDTH - 10)
-    canvas.pointer(x, below + THICK)
+    canvas.mark(x, below + THICK + 7, "^", WALL, ms=14 * POINT)
 
 
 def _foot(canvas: Canvas, y: float, data: xr.Dataset, speed: str):
@@ -206,13 +218,13 @@ def _foot(canvas: Canvas, y: float, data: xr.Dataset, speed: str):
     canvas.arrow(66, y)
     length, name = scale_bar(float(data["field_of_view"]), float(data["channel_diameter"]))
     start, end = bar_columns(length, float(data["field_of_view"]))
-    canvas.box(start, y - 2.5, end, y + 2.5, BLACK)
+    canvas.box(start, y - 2.5, end, y + 2.5, "black")
     canvas.text(end + 12, y, name, size=SMALL_TEXT)
-    canvas.disc(455, y, BLUE)
+    canvas.mark(455, y, "o", BLUE)
     canvas.text(472, y, "sphere", size=SMALL_TEXT)
-    canvas.disc(575, y, VERMILLION)
+    canvas.mark(575, y, "o", VERMILLION)
     canvas.text(592, y, f"touching (s* < {TOUCHING:g} d)", size=SMALL_TEXT)
-    canvas.text(REFERENCE_WIDTH - 16, y, speed, anchor="rm", size=SMALL_TEXT)
+    canvas.text(REFERENCE_WIDTH - 16, y, speed, "right", SMALL_TEXT)
 
 
 def bar_columns(length: float, field_of_view: float) -> tuple[float, float]:
@@ -220,20 +232,25 @@ def bar_columns(length: float, field_of_view: float) -> tuple[float, float]:
     return BAR_START, BAR_START + length / field_of_view * REFERENCE_WIDTH
 
 
-def _progress(canvas: Canvas, y: float, data: xr.Dataset, n: int):
-    """The whole channel as a line, with its stations, and the window that moves along it."""
-    left, right = 120, REFERENCE_WIDTH - 120
-    per_length = (right - left) / float(data["channel_length"])
-    end = float(data["moving_window_end"][n])
-    canvas.text(left - 16, y, "inlet", anchor="rm", size=SMALL_TEXT)
+def _along(data: xr.Dataset) -> NDArray:
+    """How far the window has come in each frame, on the line that stands for the channel."""
+    start = data["moving_window_end"].values - float(data["moving_length"])
+    return start / float(data["channel_length"]) * (REFERENCE_WIDTH - 2 * ENDS)
+
+
+def _progress(canvas: Canvas, y: float, data: xr.Dataset) -> Rectangle:
+    """The whole channel as a line, with its stations, and the window, as long as it is."""
+    left, right = ENDS, REFERENCE_WIDTH - ENDS
+    canvas.text(left - 16, y, "inlet", "right", SMALL_TEXT)
     canvas.text(right + 16, y, "outlet", size=SMALL_TEXT)
     canvas.box(left, y - THICK / 2, right, y + THICK / 2, WALL)
+    per_length = (right - left) / float(data["channel_length"])
     for z in data["station"].values:
         x = left + per_length * z
         canvas.box(x - 1, y - 8, x + 1, y + 8, WALL)
-        canvas.text(x, y + 24, f"{z:g} D", anchor="mm", size=SMALL_TEXT)
-    start = left + per_length * (end - float(data["moving_length"]))
-    canvas.box(start, y - 8, max(left + per_length * end, start + 4), y + 8, BLUE)
+        canvas.text(x, y + 24, f"{z:g} D", "center", SMALL_TEXT)
+    width = max(per_length * float(data["moving_length"]), 4)
+    return canvas.box(left, y - 8, left + width, y + 8, BLUE)
 
 
 def make(

@@ -2,9 +2,9 @@
 
 Triplet: `geometry.Geometry` of one geometry of the table, in the tube that is simulated. Train:
 spheres at the inlet at random distances, as they are injected, and at the outlet at the mean
-spacing. Diameters and distances are in proportion; the channel between inlet and outlet is left
-out. The section of a duct, whose smaller side is D, stands beside the train, with the inscribed
-tube.
+spacing, whether trains of the study order or not: a drawing knows only of the mean. Diameters and
+distances are in proportion; the channel between inlet and outlet is left out. The section of a
+duct, whose smaller side is D, stands beside the train, with the inscribed tube.
 """
 
 import math
@@ -26,7 +26,8 @@ from viscotrain.words import PARTICLES
 FLUID, SPHERE = "#EAF1F6", "#DDDDDD"
 ENTERING = (0.55, 1.5, 0.75, 1.3)  # distances at the inlet over the mean one, an example
 OMITTED = 1.6  # from the last sphere near the inlet to the first near the outlet, as drawn
-BOTTOM, TOP = -0.8, 0.6  # drawn radii, in D
+BOTTOM, TOP = -0.8, 0.6  # of what is drawn of the triplet, in D
+LINE = 0.15  # height of a line of text in inches
 LEAVING = 3  # spheres that are drawn at the outlet
 SECTION_GAP = (
     0.35  # from what is drawn of the flow behind the outlet to the section of a duct, in D
@@ -112,7 +113,9 @@ def draw(data: xr.Dataset) -> Drawing:
     figure = Figure(layout="constrained")
     figure.get_layout_engine().set(hspace=0.05)
     widths = _triplet_width(data), _train_width(data)
-    heights = [PAGE * (TOP - BOTTOM) / width for width in widths]  # to scale
+    bottom, top = _train_limits(data)
+    spans = TOP - BOTTOM, top - bottom
+    heights = [PAGE * span / width for span, width in zip(spans, widths, strict=True)]  # to scale
     figure.set_size_inches(PAGE, sum(heights) + 0.6)
     upper, lower = figure.subplots(2, 1, height_ratios=heights)
     _draw_triplet(upper, data)
@@ -127,6 +130,16 @@ def _triplet_width(data: xr.Dataset) -> float:
 def _train_width(data: xr.Dataset) -> float:
     section = SECTION_GAP + float(data["section_width"]) if "channel" in data.attrs else 0.0
     return _outlet(data) + 1.55 + section
+
+
+def _line(data: xr.Dataset) -> float:
+    """Height of a line of text beside the train, in D."""
+    return LINE * _train_width(data) / PAGE
+
+
+def _train_limits(data: xr.Dataset) -> tuple[float, float]:
+    """Bottom and top of what is drawn of the train in D: text stands outside of the channel."""
+    return -0.5 - 2.3 * _line(data), 0.5 + 2 * _line(data)
 
 
 def _outlet(data: xr.Dataset) -> float:
@@ -194,27 +207,30 @@ def _draw_train(axes: Axes, data: xr.Dataset):
             lw=0.8,
             zorder=5,
         )
-    n = 2  # the sphere whose distances are named
-    for left, right, name in ((n - 1, n, "$s_p\\,d$"), (n, n + 1, "$s_f\\,d$")):
-        _measure(axes, (entering[left], 0.22), (entering[right], 0.22), name, (0, 0.1))
-    for place in entering[n - 1 : n + 2]:
-        axes.plot([place, place], [0, 0.25], color=GREY, lw=0.4)
-    axes.text(entering[n], -0.26, "$i$", ha="center", fontsize=SMALL)
-    axes.text(entering[n - 1], -0.26, "$i-1$", ha="center", fontsize=SMALL)
-    axes.text(entering[n + 1], -0.26, "$i+1$", ha="center", fontsize=SMALL)
+    n, line = 2, _line(data)  # the sphere whose distances are named
+    above, below = 0.5 + line / 2, -0.5 - 0.7 * line
     last = leaving + shift
-    _measure(axes, (last[-2], 0.22), (last[-1], 0.22), "$s^*d$", (0, 0.1))
-    for place in last[-2:]:
-        axes.plot([place, place], [0, 0.25], color=GREY, lw=0.4)
-    for place, name in ((0.0, "inlet, $z$ = 0"), (end, f"outlet, $z$ = {length:g} $D$")):
+    for left, right, name in (
+        (*entering[n - 1 : n + 1], "$s_p\\,d$"),
+        (*entering[n : n + 2], "$s_f\\,d$"),
+        (*last[-2:], "$s^*d$"),
+    ):
+        _measure(axes, (left, above), (right, above), name, (0, line * 0.8))
+    for place in (*entering[n - 1 : n + 2], *last[-2:]):
+        axes.plot([place, place], [0, above], color=GREY, lw=0.4)
+    for place, name in zip(entering[n - 1 : n + 2], ("$i-1$", "$i$", "$i+1$"), strict=True):
+        axes.text(place, -beta / 2 - line / 4, name, ha="center", va="top", fontsize=SMALL)
+    for place, row, name in (
+        (0.0, below, "inlet, $z$ = 0"),
+        (end, below, f"outlet, $z$ = {length:g} $D$"),
+        (entering[1:].mean(), below - line, "enters at random distances"),
+        (last.mean(), below - line, "drawn at the mean spacing"),
+    ):
+        axes.text(place, row, name, ha="center", va="center", fontsize=SMALL)
+    for place in (0.0, end):
         axes.plot([place, place], [-0.5, 0.5], color=GREY, lw=1, ls="--")
-        axes.text(place, -0.68, name, ha="center", va="center", fontsize=SMALL)
     axes.annotate("", (-0.1, 0), (-0.55, 0), arrowprops=FLOW)
-    axes.text(-0.35, 0.12, "inflow", ha="center", fontsize=SMALL)
     axes.annotate("", (end + 0.6, 0), (end + 0.15, 0), arrowprops=FLOW)
-    axes.text(end + 0.38, 0.12, "outflow", ha="center", fontsize=SMALL)
-    axes.text(entering[1:].mean(), -0.43, "enters at random distances", ha="center", fontsize=SMALL)
-    axes.text(last.mean(), -0.43, "spacings even out, if they do", ha="center", fontsize=SMALL)
     phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
     spacing = float(data["mean_spacing"]) / beta
     title = (
@@ -226,7 +242,7 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     if "channel" in data.attrs:
         _draw_section(axes, data, _train_width(data) - 0.85)
     axes.set_title(title, loc="left")
-    axes.set(xlim=(-0.75, _train_width(data) - 0.75))
+    axes.set(xlim=(-0.75, _train_width(data) - 0.75), ylim=_train_limits(data))
 
 
 def _law(data: xr.Dataset) -> str:
@@ -246,8 +262,8 @@ def _draw_section(axes: Axes, data: xr.Dataset, end: float):
     _draw_sphere(axes, middle, float(data["confinement"]))
     _measure(axes, (middle, -R), (middle, R), "", (0, 0))
     axes.text(middle + 0.06, 0.3, "$D$", fontsize=STYLE["font.size"], va="center")
-    words = f"section: {data.attrs['channel'].partition(':')[0]}\n(dashed: simulated)"
-    axes.text(middle, -0.68, words, ha="center", va="center", fontsize=SMALL)
+    words = f"{data.attrs['channel'].partition(':')[0]}\n(dashed: simulated)"
+    axes.text(middle, -0.5 - _line(data), words, ha="center", va="center", fontsize=SMALL)
 
 
 def _draw_channel(axes: Axes, start: float, end: float):

@@ -35,8 +35,8 @@ OTHERS = {
     "table": (1.3, 160),
     "trains": (17.0, 300),
     "film": (1.7, 260),
-    "movies": (7.9, 420),
-    "design_map": (2.9, 280),
+    "movies": (10.0, 420),
+    "design_map": (4.0, 340),
     "order": (2.8, 320),
     "confinement": (4.0, 320),
     "encapsulation": (4.0, 320),
@@ -51,7 +51,7 @@ OTHERS = {
     "fit_spread": (2.0, 230),
 }
 START_UP = 1.0  # CPU seconds of a job that imports everything
-FRAME = 0.0055  # CPU seconds of a movie's frame, encoding included
+FRAME = 0.007  # CPU seconds of a movie's frame, encoding included
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 3000.
 TRAIN = {"a": 1.0e-4, "b": 1.1e-6}

@@ -17,6 +17,9 @@ one follows at each De.
 of variation of the spacing is not above a threshold; between two stations on the straight line
 through their values. It is 0 if the train enters so, and infinite if it is not so at the end. The
 earliest and the latest one are those of the coefficient less and plus both its errors.
+
+**Ordering length.** What `order` says of equally spaced trains at the De of the map, as far as its
+volume fractions go: it is known between conditions, too, where nothing was simulated.
 """
 
 import math
@@ -31,6 +34,8 @@ from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table import memory
 from viscotrain.table.attributes import ATTRIBUTES
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import order
 from viscotrain.trains.variables import rate_in_words, unequal, with_errors
 from viscotrain.words import BEYOND_QUASI_STEADY
 
@@ -40,6 +45,8 @@ NAMES = tuple(name + end for name in MEASURES for end in ("", *ERRORS))
 OF_THE_LAW = ("spacing_variation_injected", "even_share_injected", "touching_share_injected")
 FRACTIONS = ("volume_fraction", "feed_volume_fraction")
 BAR = 1e-5  # of one Pa
+SPACINGS = 240  # of the ordering length: on a page they are less than a millimetre apart
+BESIDE = 1.2  # beyond the widest spacing of the map, over it
 
 
 def ordered_position(z: ArrayLike, variation: ArrayLike, threshold: float) -> float:
@@ -125,6 +132,30 @@ def combine(
         },
         attrs={**(attributes or {}), **_kept(text), **section.attributes},
     ).set_coords(["length", other])
+
+
+def ordering(
+    dataset: xr.Dataset, table: VelocityTable, closure: str, section: CrossSection = ROUND
+) -> xr.Dataset:
+    """Stability and ordering length of equally spaced trains, wherever the map has conditions.
+
+    Args:
+        dataset: Result of `combine`.
+        table: Of velocities, of the channel.
+        closure: Name of the closure, of `closures.CLOSURES`.
+        section: Of the channel.
+
+    Returns:
+        Result of `order.orders` with `feed_volume_fraction` (deborah, spacing), phi U/Ubar.
+    """
+    beta = float(dataset["confinement"])
+    thinnest = section.mean_spacing(beta, float(dataset["volume_fraction"].min()))
+    farthest = max(order.FARTHEST_SPACING, BESIDE * thinnest)
+    spacing = order.spacings(table, farthest, SPACINGS)
+    deborah = dataset["deborah"].values.tolist()
+    found = order.orders(table, beta, closure, spacing, section, deborah)
+    feed = found["volume_fraction"] * found["velocity"]
+    return found.assign(feed_volume_fraction=feed.transpose("deborah", "spacing"))
 
 
 def _kept(point: xr.Dataset) -> dict[str, str]:

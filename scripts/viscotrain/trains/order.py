@@ -33,6 +33,7 @@ train does not have, so it changes none of this.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -152,6 +153,7 @@ def orders(
     closure: str = "every_sphere",
     spacing: ArrayLike | None = None,
     section: CrossSection = ROUND,
+    deborah: Sequence[float] | None = None,
 ) -> xr.Dataset:
     """Stability and ordering length at each Deborah number and spacing.
 
@@ -161,15 +163,15 @@ def orders(
         closure: Name of the closure, of `closures.CLOSURES`.
         spacing: Distances of neighbours in d; None for some from contact to `FARTHEST_SPACING`.
         section: Of the channel, for the volume fraction.
+        deborah: Some of the table's Deborah numbers; None for all.
 
     Raises:
         TableError: The table has holes.
     """
-    if spacing is None:
-        spacing = np.geomspace(max(CLOSEST_SPACING, table.smallest_distance), FARTHEST_SPACING, 96)
-    spacing = np.asarray(spacing, dtype=float)
+    spacing = spacings(table) if spacing is None else np.asarray(spacing, dtype=float)
+    deborah = table.deborah if deborah is None else deborah
     rows = []
-    for De in table.deborah:
+    for De in deborah:
         model = CLOSURES[closure](table.at(De))
         rows.append([_row(model, float(s), confinement) for s in spacing])
     names = list(rows[0][0])
@@ -182,7 +184,7 @@ def orders(
             for name in names
         },
         coords={
-            "deborah": list(table.deborah),
+            "deborah": list(deborah),
             "spacing": spacing,
             "wave_number": WAVE_NUMBERS,
             "volume_fraction": ("spacing", section.mean_spacing(confinement, 1.0) / spacing),
@@ -192,6 +194,11 @@ def orders(
     for name, attributes in ATTRIBUTES.items():
         found[name].attrs = attributes
     return found
+
+
+def spacings(table: VelocityTable, farthest: float = FARTHEST_SPACING, count: int = 96) -> NDArray:
+    """So many distances of neighbours in d, evenly on a logarithmic axis, from about contact."""
+    return np.geomspace(max(CLOSEST_SPACING, table.smallest_distance), farthest, count)
 
 
 def _row(closure: Closure, spacing: float, confinement: float) -> dict:
