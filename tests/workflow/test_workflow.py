@@ -45,7 +45,7 @@ AFTER_DNS = {
 
 COMPUTED = sorted(
     {path.name for path in CONFIG.glob("*.yaml")}
-    - {"study_trains.yaml", "confinement.yaml", "square.yaml"}
+    - {"study_trains.yaml", "confinement.yaml", "square.yaml", "design.yaml"}
 )
 
 
@@ -62,6 +62,15 @@ def test_a_square_channel_needs_no_simulation_either(planned):
     assert not geometries
     expected = {"given_table": 1, "channel_flow": 1, "operating_conditions": 1, "trains": 2}
     assert expected.items() <= jobs.items()
+
+
+def test_a_design_is_made_on_request_only(planned):
+    asked = ("--configfile", "config/design.yaml")
+    assert not {"design", "design_trains"} & set(planned(*asked)[0])
+    jobs, _ = planned(*asked, "--", "design")
+    expected = {"fluid_fit": 1, "table": 1, "channel_flow": 1, "design_trains": 3, "design": 1}
+    assert expected.items() <= jobs.items()
+    assert not {"summary", "interactive", "design_map", "movies"} & set(jobs)
 
 
 @pytest.mark.parametrize("config", COMPUTED)
