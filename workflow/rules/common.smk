@@ -185,10 +185,13 @@ def common_targets(rules):
     }
 
 
-# Files of rules that are asked for by name, or by such rules.
-ON_REQUEST = ["verification.smk", "design.smk"]
-if STUDY.dns.method != "transient":
-    ON_REQUEST.append("transient.smk")
+# Files of rules that are asked for by name or by other rules, if at all.
+ON_REQUEST = [
+    "verification.smk",
+    "design.smk",
+    "dns.smk" if STUDY.dns.method == "transient" else "transient.smk",
+    *([] if MAP else ["design_map.smk"]),
+]
 TRAIN = "De{deborah}_phi{volume_fraction}"
 
 
