@@ -651,7 +651,7 @@ def test_a_geometry_that_dies_loses_nothing_of_the_others_of_its_job(project):
     assert "\nsp1.5_sf1.5: ended by SIGKILL, for want of memory perhaps" in told
     assert "\nsp1.5_sfinf: solved 1 of 1 De" in told
     folder = project.folder / "results/small/dns"
-    assert {path.name for path in folder.glob("sp*")} == {
+    assert {path.name for path in folder.glob("sp*") if "_d" not in path.name} == {
         "spinf_sfinf.nc.kept",
         "sp1.5_sfinf.nc.kept",
     }
@@ -660,7 +660,8 @@ def test_a_geometry_that_dies_loses_nothing_of_the_others_of_its_job(project):
     assert not failed
     assert re.findall(r"^(sp\S+): solved", told, re.MULTILINE) == ["sp1.5_sf1.5"]
     assert not list(folder.glob("**/*.kept"))
-    before = {path.name: path.read_bytes() for path in folder.glob("*.nc")}
+    triplets = [path for path in folder.glob("*.nc") if "_d" not in path.name]
+    before = {path.name: path.read_bytes() for path in triplets}
     assert len(before) == 3
 
     larger = SMALL | {"table": SMALL["table"] | {"sp": [1.5, 2.5, float("inf")]}}

@@ -30,6 +30,7 @@ for DNS_NUMBER, DNS_GEOMETRIES in enumerate(DNS_JOBS, 1):
         conda:
             ENVIRONMENT
         threads: 1
+        retries: 1  # a process that died, for want of memory perhaps: with twice as much
         resources:
             **solving("dns", len(DNS_GEOMETRIES)),
         params:

@@ -100,6 +100,7 @@ def _data(found: xr.Dataset, length: float, simulated: xr.Dataset | None) -> xr.
     kept["remaining_variation"] = (
         ("deborah", "spacing"),
         remaining_variation(found["growth_rate"].values, found["velocity"].values, length),
+        {"long_name": f"CV at the outlet, {length:g} D, over CV at the inlet", "units": "1"},
     )
     if simulated is None:
         return kept
@@ -110,8 +111,16 @@ def _data(found: xr.Dataset, length: float, simulated: xr.Dataset | None) -> xr.
     dims = {"deborah": simulated["deborah"].values}
     shown = xr.Dataset(
         {
-            "simulated_variation": (("deborah", "condition"), ratio.values),
-            "simulated_volume_fraction": (("deborah", "condition"), phi.values),
+            "simulated_variation": (
+                ("deborah", "condition"),
+                ratio.values,
+                {"long_name": "the same of simulated trains", "units": "1"},
+            ),
+            "simulated_volume_fraction": (
+                ("deborah", "condition"),
+                phi.values,
+                {"long_name": "their volume fraction in the channel", "units": "1"},
+            ),
         },
         coords=dims,
     )

@@ -53,7 +53,7 @@ def write(dataset: xr.Dataset, path: str | Path) -> None:
 
 def described(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset whose shared variables say what they are, where their stage does not."""
-    dataset = dataset.copy()
+    dataset = dataset.assign_attrs({files.MADE_HERE: ""} | dataset.attrs)
     for name, attributes in SHARED.items():
         if name in dataset.variables and "long_name" not in dataset[name].attrs:
             dataset[name].attrs.update(attributes)
