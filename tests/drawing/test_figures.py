@@ -455,7 +455,7 @@ def test_files_are_written_and_read_back_the_same_byte_for_byte(table, tmp_path)
     drawing = figures.pair_velocity(table, BETA)
     pd.testing.assert_frame_equal(pd.read_csv(first[0]), drawing.data)
     drawing = figures.relative_velocities(table, 1.0, BETA)
-    xr.testing.assert_identical(xr.load_dataset(first[3]), drawing.data)
+    xr.testing.assert_identical(xr.load_dataset(first[3]), datasets.described(drawing.data))
 
 
 def test_names_with_a_decimal_point_keep_it(train, tmp_path):
