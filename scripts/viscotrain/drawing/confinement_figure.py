@@ -92,7 +92,9 @@ def _draw_collapse(axes: Axes, own: xr.Dataset):
         axes.plot(xi, line.where(line > 0), marker=marker, label=name, **style)
         axes.plot(xi, -line.where(line < 0), ls=":", **style)
     axes.set_title(f"De = {float(own['deborah']):g} (dotted: attraction)", loc="left")
-    axes.set(yscale="log", ylim=(LEAST * float(scaled.max()), 2 * float(np.abs(scaled).max())))
+    largest = float(np.abs(scaled).max())
+    if np.isfinite(largest):  # or nothing is above its error
+        axes.set(yscale="log", ylim=(LEAST * largest, 2 * largest))
     axes.set_ylabel(r"velocity of a pair, $|U|/\beta^4$ [$\bar{U}$]")
     _distance(axes, own)
 
