@@ -6,11 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from harness import FINISHED_TABLE, ROOT
 from synthetic import BETA, SINGLE, at_deborah, triplet
 
 from viscotrain.drawing import design_page
 from viscotrain.fluid.channel import CrossSection
-from viscotrain.trains import design, design_answer
+from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import design, design_answer, order
+from viscotrain.trains.closures import CLOSURES
 from viscotrain.trains.design import NO, PARTLY_YES, YES
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.trains.tolerance import Wanted
@@ -156,10 +159,10 @@ def finished(found: pd.DataFrame) -> pd.DataFrame:
 
 def test_the_answer_says_what_was_found(trains):
     found = finished(ranked(trains, rate=200.0))
-    after = trains[0].copy(deep=True)
-    after["spacing_variation"][:] = 0.1
     own = device(bead_rate=200.0)
-    answer = design_answer.answer(found, ["De = 5: no room"], {"more": after}, own, ["a note"])
+    answer = design_answer.answer(
+        found, ["De = 5: no room"], {"more": 0.1, "less": 0.05}, own, ["a note"]
+    )
     text = answer.text()
     assert answer.verdict.startswith(design_answer.VERDICTS[found["forms"][0]])
     assert "Beads of 20 um (variation 2 %) in a square duct, 100 um wide, d/D = 0.2" in text
@@ -168,7 +171,7 @@ def test_the_answer_says_what_was_found(trains):
     assert "1 cm (100 D), longer than the channel of 0.4 cm" in text
     assert any("beads vary by 2 %" in line and "at most 1 %" in line for line in answer.limits)
     assert "De = 5: no room" in answer.limits
-    assert answer.remedies[0].startswith(f"more: CV {found['variation'][0]:.3f} -> 0.100")
+    assert answer.remedies[0] == "less: CV 0.30 -> 0.05, by the linear law"
     assert "a note" in answer.notes
     beyond = finished(ranked(trains, ["", "too fast"], rate=200.0))
     own = device(bead_rate=200.0)
@@ -176,6 +179,29 @@ def test_the_answer_says_what_was_found(trains):
     assert "200 beads/s are reached beyond the limits of validity only, at De = 1" in words
     words = design_answer.answer(finished(ranked(trains, rate=1e4)), [], {}, own).verdict
     assert "beads/s are not reached" in words
+
+
+def test_remedies_are_those_of_the_linear_law():
+    table = VelocityTable.open(ROOT / FINISHED_TABLE)
+    wanted = Wanted("every_sphere", "poisson", 800.0, 0.25)
+    row = pd.DataFrame([{"deborah": 5.0, "spacing_d": 3.0, "variation_at_inlet": 0.3}])
+    best = design.with_linear_law(row, table, wanted, 0.01).iloc[0]
+    found, equal = (design.remedies(best, table, wanted, v) for v in (0.01, 0.0))
+    longer, even, half, larger = (
+        next(name for name in found if word in name)
+        for word in ("twice", "evenly", "half", "times as large")
+    )
+    # 0.264 with neighbours only (matrix exponential of the linear system)
+    assert found[even] == pytest.approx(0.26, abs=0.03)
+    assert equal[even] == 0 and half not in equal
+    # of equal beads: what `order` finds for white noise, in another way
+    train = order.response(CLOSURES["every_sphere"](table.at(5.0)), 3.0)
+    sigma = order.growth(train, order.WAVE_NUMBERS, 0.2).real
+    remains = order.remaining_variation(sigma, train.velocity, 1600.0)
+    assert equal[longer] == pytest.approx(0.3 * float(remains), rel=1e-3)
+    (alone,) = design.with_linear_law(row, table, wanted, 0.0)["variation_by_linear_law"]
+    assert found[half] == pytest.approx(np.hypot(alone, found[even] / 2), rel=1e-9)
+    assert found[larger] < best["variation_by_linear_law"]
 
 
 def test_the_page_escapes_loads_nothing_and_greys_what_is_not_valid(trains):

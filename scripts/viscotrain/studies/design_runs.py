@@ -1,14 +1,12 @@
-"""A design: trains of every spacing at one Deborah number, of what might help, and the answer."""
+"""A design: trains of every spacing at one Deborah number, and the answer."""
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import pandas as pd
 import xarray as xr
 
 from viscotrain.config.design_settings import DesignSettings, DesignTrainsSettings
-from viscotrain.config.settings import TrainsSettings
 from viscotrain.errors import TrainError
 from viscotrain.fluid.units import MICROMETRES
 from viscotrain.studies import train_runs
@@ -62,28 +60,6 @@ def _nothing(deborah: float, why: str) -> xr.Dataset:
     return xr.Dataset({"deborah": De}, attrs={NOT_TRIED: why})
 
 
-def remedies(
-    settings: TrainsSettings, velocities: VelocityTable, deborah: float, volume_fraction: float
-) -> dict[str, xr.Dataset]:
-    """Trains of one condition in a longer channel, of beads more equal, or that enter evenly."""
-    longer: dict[str, Any] = {
-        "length": 2 * settings.length,
-        "stations": tuple(2 * z for z in settings.stations),
-    }
-    changes = {"a channel twice as long": longer}
-    if settings.diameter_variation > 0:
-        half = {"diameter_variation": settings.diameter_variation / 2}
-        changes["beads that vary half as much"] = half
-    if settings.injection != "even":
-        changes["beads that enter evenly, behind a device that spaces them"] = {"injection": "even"}
-    return {
-        name: train_runs.simulate(
-            settings.model_copy(update=change), velocities, deborah, volume_fraction
-        )
-        for name, change in changes.items()
-    }
-
-
 def answer(
     settings: DesignSettings,
     tried: Sequence[xr.Dataset],
@@ -129,8 +105,7 @@ def answer(
         ordered_variation=device.wanted.ordered_variation,
     )
     found = design.with_linear_law(found, velocities, device.wanted, device.variation)
-    best = found.iloc[0]
-    helped = remedies(settings.trains, velocities, best["deborah"], best["volume_percent"] / 100)
+    helped = design.remedies(found.iloc[0], velocities, device.wanted, device.variation)
     notes = [settings.trains.section.remark] if settings.trains.section.remark else []
     words = design_answer.answer(found, without, helped, device, notes)
     return found, words, device

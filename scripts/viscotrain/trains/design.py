@@ -35,6 +35,10 @@ YES, PARTLY_YES, NO = "yes", "partly", "no"
 # d: closer, the model is not good; farther, spheres do not feel each other
 CLOSEST, FARTHEST = 1.5, 60.0
 BEST = 3  # conditions that an answer names
+LARGER = 1.25  # of a diameter that might help
+# l in D goes with beta to this power, from d/D = 0.1 to 0.4 at De = 5; at De = 1 it is -2.8
+# (config/confinement.yaml, docs/confinement.md).
+ORDERING_POWER = -2.1
 
 
 def wanted_spacing(rate: float, isolated: float, confinement: float) -> float:
@@ -182,6 +186,44 @@ def with_linear_law(
     columns = list(zip(*_linear(found, velocities, wanted, variation), strict=True))
     names = ("ordering_length_D", "variation_by_linear_law", "largest_bead_variation_percent")
     return found.assign(**dict(zip(names, columns, strict=True)))
+
+
+def remedies(
+    best: pd.Series, velocities: VelocityTable, wanted: tolerance.Wanted, variation: float
+) -> dict[str, float]:
+    """CV at the outlet by the linear law, for the same flow and spacing in other devices.
+
+    Args:
+        best: A row of `with_linear_law`.
+        velocities: Of the study.
+        wanted: Of the trains.
+        variation: Of the beads' diameters.
+
+    Returns:
+        By what is other. That of larger beads is an estimate: their l is `LARGER` to
+        `ORDERING_POWER` times this one.
+    """
+    beta, initial = velocities.confinement, best["variation_at_inlet"]
+    model = CLOSURES[wanted.closure](velocities.at(best["deborah"]))
+    train = order.response(model, best["spacing_d"])
+    response = size_response(velocities, best["deborah"]).value
+    here, longer = (
+        tolerance.law(train, beta, response, factor * wanted.length) for factor in (1, 2)
+    )
+    found = {
+        "a channel twice as long": longer.variation(initial, variation),
+        "beads that enter evenly, behind a device that spaces them": here.variation(0.0, variation),
+    }
+    if variation > 0:
+        found["beads that vary half as much"] = here.variation(initial, variation / 2)
+    ordering = best["ordering_length_D"]
+    if math.isfinite(ordering):
+        now, then = (
+            order.law(wanted.length, ordering * LARGER**power) for power in (0, ORDERING_POWER)
+        )
+        name = f"beads {LARGER:g} times as large, at the same De (l ~ (d/D)^{ORDERING_POWER:g})"
+        found[name] = here.variation(initial * then / now, variation)
+    return {name: float(value) for name, value in found.items()}
 
 
 def _linear(

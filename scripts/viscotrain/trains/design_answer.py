@@ -4,22 +4,15 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
-import xarray as xr
 
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.trains.design import BEST, NO, PARTLY_YES, YES
 from viscotrain.trains.occupancy import RANDOM_BEST
-from viscotrain.trains.order import law
 from viscotrain.trains.tolerance import Wanted
 from viscotrain.trains.variables import rate_in_words
 
 LONG = 1.0  # ordering lengths that a channel should have
-LARGER = 1.25  # of a diameter that is tried
-# l in D goes with beta to this power, from d/D = 0.1 to 0.4 at De = 5; at De = 1 it is -2.8
-# (config/confinement.yaml, docs/confinement.md).
-ORDERING_POWER = -2.1
 
 
 class Device(NamedTuple):
@@ -93,7 +86,7 @@ class Answer(NamedTuple):
 def answer(
     found: pd.DataFrame,
     not_tried: Sequence[str],
-    remedies: Mapping[str, xr.Dataset],
+    remedies: Mapping[str, float],
     device: Device,
     notes: Sequence[str] = (),
 ) -> Answer:
@@ -102,7 +95,7 @@ def answer(
     Args:
         found: Of `design.table`, with `design.with_linear_law`.
         not_tried: Conditions without trains, and why.
-        remedies: Trains of the best condition in other devices, by their names.
+        remedies: Of `design.remedies`.
         device: What was asked.
         notes: Further ones, such as that of a duct.
     """
@@ -112,7 +105,7 @@ def answer(
         verdict=_verdict(found, device),
         best=[_condition(row, device) for row in found.head(BEST).itertuples()],
         limits=_limits(best, device) + list(not_tried),
-        remedies=_remedies(best, remedies, device),
+        remedies=_remedies(best, remedies),
         notes=[*_notes(device), *notes],
     )
 
@@ -202,24 +195,11 @@ def _limits(best: pd.Series, device: Device) -> list[str]:
     return lines
 
 
-def _remedies(best: pd.Series, remedies: Mapping[str, xr.Dataset], device: Device) -> list[str]:
+def _remedies(best: pd.Series, remedies: Mapping[str, float]) -> list[str]:
     """Other devices for the same flow and mean spacing, the one with the least CV first."""
-    found = []
-    ordering, length = best["ordering_length_D"], device.wanted.length
-    if math.isfinite(ordering):
-        now, then = (law(length, ordering * LARGER**power) for power in (0, ORDERING_POWER))
-        after = float(best["variation"] * then / now)
-        words = f"beads {LARGER:g} times as large, at the same De (an estimate: l ~ (d/D)^"
-        words += (
-            f"{ORDERING_POWER:g}, their variation aside): CV {best['variation']:.3f} -> {after:.2f}"
-        )
-        found.append((after, words))
-    for name, train in remedies.items():
-        outlet = train.isel(station=-1)
-        after = float(outlet["spacing_variation"])
-        error = float(np.nan_to_num(outlet["spacing_variation_halfwidth"]))
-        found.append((after, f"{name}: CV {best['variation']:.3f} -> {after:.3f} +- {error:.3f}"))
-    return [line for _, line in sorted(found)]
+    now = best["variation_by_linear_law"]
+    ranked = sorted(remedies.items(), key=lambda item: item[1])
+    return [f"{name}: CV {now:.2f} -> {after:.2f}, by the linear law" for name, after in ranked]
 
 
 def _notes(device: Device) -> list[str]:
