@@ -7,6 +7,7 @@ damaged; making it again is what helps.
 
 import contextlib
 import errno
+import glob
 import os
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -44,6 +45,8 @@ def whole(path: str | Path) -> Iterator[Path]:
     part = path.with_name(f".{os.getpid()}.part.{path.name}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        for left in path.parent.glob(f".*.part.{glob.escape(path.name)}"):
+            left.unlink(missing_ok=True)  # by a process that was killed
         yield part
         with part.open("rb") as written:
             os.fsync(written.fileno())

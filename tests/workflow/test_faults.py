@@ -117,6 +117,14 @@ def test_what_is_interrupted_while_writing_leaves_nothing(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_what_a_killed_process_left_behind_goes_with_the_next_one(tmp_path):
+    left = tmp_path / ".4242.part.a[1].txt"
+    for path in (left, tmp_path / ".4242.part.b.txt"):
+        path.write_text("half", encoding="utf-8")
+    files.write_text("whole", tmp_path / "a[1].txt")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".4242.part.b.txt", "a[1].txt"]
+
+
 # -------------------------------------------------------------------------------------- reading
 
 
