@@ -27,10 +27,10 @@ for DNS_NUMBER, DNS_GEOMETRIES in enumerate(DNS_JOBS, 1):
             f"{LOGS}/dns/job_{DNS_NUMBER}.log",
         # Where the single sphere cannot be solved nothing can, and every table needs it.
         priority: int((math.inf, math.inf) in DNS_GEOMETRIES)
+        retries: 1  # a process that died, for want of memory perhaps: with twice as much
         conda:
             ENVIRONMENT
         threads: 1
-        retries: 1  # a process that died, for want of memory perhaps: with twice as much
         resources:
             **solving("dns", len(DNS_GEOMETRIES)),
         params:
