@@ -8,6 +8,7 @@ finished made again.
 """
 
 import argparse
+import base64
 import contextlib
 import hashlib
 import os
@@ -59,8 +60,6 @@ def finished(folder: Path) -> dict[Path, int]:
 
 def _mark(path: Path) -> str:
     """How Snakemake names its mark of an output."""
-    import base64
-
     return base64.urlsafe_b64encode(str(path).encode()).decode()
 
 

