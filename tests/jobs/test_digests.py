@@ -3,6 +3,7 @@
 import ast
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -89,6 +90,28 @@ def test_digest_ignores_text(old, new, tmp_path):
 def test_digest_follows_code(old, new, tmp_path):
     assert old in CODE
     assert digest_of(tmp_path, CODE.replace(old, new)) != digest_of(tmp_path, CODE)
+
+
+# What syntax trees of different versions of Python say differently: type parameters, empty lists,
+# None, and the end of a width in a formatted text.
+ODD = """
+@property
+def words(self, *, width=None) -> str:
+    global known
+    return f"{known()!r:>{width}} {self:.{width}g} {f''}", ""
+"""
+
+
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13", "3.14"])
+def test_digest_is_the_same_for_every_python(version, tmp_path):
+    python = f"python{version}"
+    if not shutil.which(python) or subprocess.run([python, "--version"], check=False).returncode:
+        pytest.skip(f"no {python} here")
+    (tmp_path / "job.py").write_text(ODD, encoding="utf-8")
+    code = "import runpy, sys; print(runpy.run_path(sys.argv[1])['digest'](sys.argv[2]))"
+    command = [python, "-c", code, digests.__file__, tmp_path / "job.py"]
+    found = subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+    assert found == digest_of(tmp_path, ODD) == "e3f8d8c2283bfac3"
 
 
 # ----------------------------------------------------------------------------- scripts and modules

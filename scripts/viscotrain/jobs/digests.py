@@ -3,14 +3,15 @@
 The digest of a rule is that of its script and of all modules of the package that the script
 reaches, imports inside functions included, minus those in `WITHOUT_NUMBERS`. It is computed on
 syntax trees without docstrings (comments are not in them), so that it changes when the numbers may
-have changed, and not when a text is edited. The workflow passes it to its rules, which Snakemake
-then repeats; datasets hold it. A module that is forgotten nowhere cannot leave a stale number: at
-worst one that is reached for its words repeats a job.
+have changed, and not when a text is edited or another version of Python reads it. The workflow
+passes it to its rules, which Snakemake then repeats; datasets hold it. A module that is forgotten
+nowhere cannot leave a stale number: at worst one that is reached for its words repeats a job.
 """
 
 import ast
 import functools
 import hashlib
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -89,11 +90,19 @@ def _parsed(text: str) -> tuple[frozenset[str], str]:
     names: set[str] = set()
     for node in ast.walk(tree):
         names.update(_named(node))
+        if isinstance(node, ast.JoinedStr):  # 3.12 has an empty text behind {value:{form}}
+            node.values = [part for part in node.values if getattr(part, "value", None) != ""]
         if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             continue
         if ast.get_docstring(node, clean=False) is not None:
             node.body = node.body[1:]
-    return frozenset(names), ast.dump(tree)
+    return frozenset(names), _dump(tree)
+
+
+def _dump(tree: ast.AST) -> str:
+    """Text of a syntax tree as Python 3.11 has it: 3.12 adds a field, 3.13 hides empty ones."""
+    everything = {"show_empty": True} if sys.version_info >= (3, 13) else {}
+    return ast.dump(tree, **everything).replace(", type_params=[]", "")
 
 
 def _named(node: ast.AST) -> Iterator[str]:
