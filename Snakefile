@@ -80,8 +80,10 @@ onstart:
     from snakemake.logging import logger
     from viscotrain.errors import RunError
     from viscotrain.jobs.running import hold
+    from viscotrain.jobs.stopping import listen
     from viscotrain.jobs.watch import HolesWatch
 
+    listen(logger)
     for study in STUDIES:
         folder = f"results/{study.study}"
         try:
@@ -97,4 +99,4 @@ onsuccess:
 
 
 onerror:
-    print(f"What failed is in the logs: {LOGS}/. Run again to go on from here.")
+    print(f"Not finished. Logs are in {LOGS}/; run again to go on from here.")

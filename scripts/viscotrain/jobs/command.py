@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Iterator
@@ -9,6 +10,8 @@ from pathlib import Path
 
 from viscotrain.errors import ViscotrainError
 from viscotrain.files import in_words
+
+INTERRUPTED = 128 + signal.SIGINT  # exit status, as shells count
 
 
 def announce(text: str):
@@ -44,6 +47,9 @@ def reporting(log: str | Path | None = None) -> Iterator[None]:
             except ViscotrainError as error:
                 print(f"error: {error}", file=sys.stderr)
                 sys.exit(1)
+            except KeyboardInterrupt:
+                print("interrupted", file=sys.stderr)
+                sys.exit(INTERRUPTED)
             except OSError:
                 raise
             except Exception:
