@@ -70,11 +70,8 @@ def planned(tmp_path_factory):
 def finished_study(tmp_path_factory) -> Path:
     """Folder in which the small study has run to its end, with empty figures to save time."""
     project = Project.copy(tmp_path_factory.mktemp("finished"))
-    stub = "from pathlib import Path\nfor path in snakemake.output:\n    Path(path).touch()\n"
-    (project.folder / "scripts" / "figures.py").write_text(stub, encoding="utf-8")
-    done = project.snakemake("--cores", "2", "--configfile", project.configured(SMALL))
-    assert done.returncode == 0, done.stdout + done.stderr
-    (project.folder / "terminal.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
+    text = project.finish_small(cores=2)
+    (project.folder / "terminal.txt").write_text(text, encoding="utf-8")
     return project.folder
 
 

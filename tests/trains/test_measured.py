@@ -62,6 +62,9 @@ def test_lines_in_any_order_with_or_without_conditions(tmp_path):
         ("station,spacing\n0\n", "line 2: found 1 cells; allowed: 2, as named"),
         ("station,spacing\n0,\n", "line 2: spacing: found nothing; allowed: a number"),
         ("station,spacing\n0,wide\n", "line 2: spacing: found 'wide'; allowed: a finite number"),
+        ("station,spacing\n0,=A1*2\n", "line 2: spacing: found '=A1*2'; allowed: a finite number"),
+        ('station,spacing\n0,"3,5"\n', "line 2: spacing: found '3,5' (write 3.5); allowed"),
+        ("station;spacing\n0;3,5\n", "line 1: columns separated by semicolons; allowed"),
         ("station,spacing\n0,-3\n", "line 2: spacing: found -3; allowed: above 0"),
         ("station,spacing\n-1,3\n", "line 2: station: found -1; allowed: 0 to 1e+06 D"),
         (
@@ -94,6 +97,16 @@ def test_all_problems_come_in_one_message(tmp_path):
     ]
     many = "station,spacing\n" + "7,3\n" * (MOST_PROBLEMS + 5)
     assert problems_of(tmp_path, many)[-1] == "  ... and 5 more"
+
+
+def test_files_of_spreadsheets_are_read_and_huge_ones_are_not(tmp_path):
+    path = tmp_path / "spacings.csv"
+    path.write_bytes(b"\xef\xbb\xbfstation,spacing\r\n0,3\r\n")
+    assert spacings_file.read(path, KNOWN) == [Spacing(0.0, 3.0, None, None)]
+    with path.open("wb") as file:
+        file.truncate(100_000_000)
+    with pytest.raises(DataError, match="found 100 MB; allowed: at most 1 MB"):
+        spacings_file.read(path, KNOWN)
 
 
 def test_the_shipped_example_can_be_read_and_says_that_it_is_synthetic():

@@ -6,7 +6,9 @@ Fifty kills of a whole study are `scripts/tools/kill.py`, which takes minutes.
 import os
 import resource
 import shutil
+import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -15,9 +17,10 @@ import pytest
 import xarray as xr
 from harness import FINISHED_TABLE, ROOT, SMALL, run_script
 
+import kill
 from viscotrain import files
 from viscotrain.errors import FileError, RunError
-from viscotrain.jobs import datasets
+from viscotrain.jobs import datasets, stopping
 from viscotrain.jobs.running import hold
 
 DATA = xr.Dataset({"x": ("n", np.arange(200_000.0))}, attrs={files.MADE_HERE: "a"})
@@ -201,6 +204,52 @@ def test_copies_and_touched_files_repeat_nothing(finished, tmp_path):
         at = time.time() + (1000.0 * (n % 7) - 3000)
         os.utime(files_there[n], (at, at))
     assert finished.plan("--configfile", "study.yaml")[0] == {}
+
+
+@pytest.mark.slow
+def test_another_run_makes_the_same_bytes(finished_study, project):
+    """In another folder, at another time, on one core in place of two."""
+    project.finish_small(cores=1)
+    expected, found = kill.content(finished_study), kill.content(project.folder)
+    assert found == expected and len(found) > 40
+
+
+def wait_for(text: str, path: Path):
+    """Until a file holds a text."""
+    for _ in range(1200):
+        if path.exists() and text in path.read_text(encoding="utf-8"):
+            return
+        time.sleep(0.1)
+    raise AssertionError(f"{path}: no {text}")
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGINT"])
+def test_a_run_that_is_asked_to_stop_says_so_once(name, project):
+    """SIGTERM is sent to Snakemake, Ctrl-C by the terminal to all of its processes."""
+    terminal, number = project.folder / "terminal.txt", getattr(signal, name)
+    command = [sys.executable, "-m", "snakemake", "--cores", "1", "--configfile"]
+    with terminal.open("w") as file:
+        run = subprocess.Popen(
+            [*command, project.configured(SMALL | {"study": "stopped"})],
+            cwd=project.folder,
+            stdout=file,
+            stderr=file,
+            env=os.environ | {"PYTHONPATH": str(project.folder / "scripts")},
+            start_new_session=True,
+        )
+    wait_for("spinf_sfinf: solved", terminal)
+    (os.kill if name == "SIGTERM" else os.killpg)(run.pid, number)
+    assert run.wait(timeout=300) != 0
+    text = terminal.read_text(encoding="utf-8")
+    own, other = map(stopping.WORDS.get, (stopping.FINISHING, stopping.GIVING_UP))
+    if name == "SIGINT":
+        own, other = other, own
+    assert text.count(own) == 1 and other not in text
+    assert "Traceback" not in text and "Error in rule" not in text
+    assert "run again to go on from here" in text
+    result = project.folder / "results" / "stopped" / "dns" / "spinf_sfinf.nc"
+    kept = result.with_name(f"{result.name}.kept")
+    assert (result.exists(), kept.exists()) == (name == "SIGTERM", name == "SIGINT")
 
 
 def test_a_second_run_in_the_same_folder_is_refused(finished):
