@@ -10,7 +10,7 @@ from pathlib import Path
 
 import hypothesis
 import pytest
-from harness import SMALL, Project, study
+from harness import Project, study
 from synthetic import dns_result
 
 from viscotrain.fluid.parameters import DimensionlessFluid, Mode

@@ -17,11 +17,12 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 TIMES = "timing"  # folders of CPU seconds, which differ
-LONGEST, SHORTEST = 12.0, 0.3  # s until a kill
+LONGEST = 1 / 3  # until a kill, of the time of an undisturbed run: longer than any of its jobs
 
 
 def start(config: Path, folder: Path) -> subprocess.Popen:
@@ -49,27 +50,29 @@ def kill(run: subprocess.Popen):
 
 def finished(folder: Path) -> dict[Path, int]:
     """Files of results that are not of an interrupted job, with their times."""
-    incomplete = folder / ".snakemake" / "incomplete"
-    marks = {path.name for path in incomplete.iterdir()} if incomplete.exists() else set()
+    struck = interrupted(folder)
     return {
         path: path.stat().st_mtime_ns
         for path in (folder / "results").rglob("*.nc")
-        if _mark(path.relative_to(folder)) not in marks and not path.name.startswith(".")
+        if path.relative_to(folder) not in struck and not path.name.startswith(".")
     }
 
 
-def _mark(path: Path) -> str:
-    """How Snakemake names its mark of an output."""
-    return base64.urlsafe_b64encode(str(path).encode()).decode()
+def interrupted(folder: Path) -> set[Path]:
+    """Outputs of jobs that were killed, by Snakemake's marks, whose names are their paths."""
+    marks = (folder / ".snakemake" / "incomplete").glob("*")
+    return {Path(base64.urlsafe_b64decode(mark.name).decode()) for mark in marks if mark.is_file()}
 
 
 def content(folder: Path) -> dict[str, str]:
-    """Digests of all results but logs and CPU times, by their path."""
+    """Digests of all results but logs and CPU times, and of what is half-written, by their path."""
     results = folder / "results"
     return {
         str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(results.rglob("*"))
-        if path.is_file() and not {TIMES, "logs"} & set(path.parts) and path.name != ".running"
+        if path.is_file()
+        and (".part." in path.name or not {TIMES, "logs"} & set(path.parts))
+        and path.name != ".running"
     }
 
 
@@ -83,12 +86,15 @@ def main():
     given = parser.parse_args()
     config, rng = given.configfile.resolve(), random.Random(given.seed)
     calm, killed = given.folder.resolve() / "calm", given.folder.resolve() / "killed"
+    started = time.monotonic()
     if start(config, calm).wait() != 0:
         sys.exit(f"the undisturbed run failed: {calm / 'terminal.txt'}")
-    again, made = [], 0
+    longest = LONGEST * (time.monotonic() - started)
+    again: list[Path] = []
+    struck: Counter[str] = Counter()
     for n in range(given.kills):
         before = finished(killed) if killed.exists() else {}
-        run, limit = start(config, killed), rng.uniform(SHORTEST, LONGEST)
+        run, limit = start(config, killed), rng.uniform(0, longest)
         started = time.monotonic()
         while time.monotonic() - started < limit and run.poll() is None:
             time.sleep(0.05)
@@ -96,8 +102,9 @@ def main():
         kill(run)
         after = finished(killed)
         again += [path for path, at in before.items() if after.get(path, at) != at]
-        made = len(after)
-        print(f"kill {n + 1} after {limit:.1f} s: {made} files finished, exit {ended}", flush=True)
+        struck.update({path.parts[2] for path in interrupted(killed)})  # results/tiny/dns/...
+        made = f"{len(after)} files finished"
+        print(f"kill {n + 1} after {limit:.1f} s: {made}, exit {ended}", flush=True)
         if ended == 0:  # nothing left to kill: begin anew with half of it gone
             for path in rng.sample(sorted(after), len(after) // 2):
                 path.unlink()
@@ -108,6 +115,7 @@ def main():
         name for name in expected.keys() | found if expected.get(name) != found.get(name)
     )
     print(f"{given.kills} kills, {len(found)} files, {len(differ)} differ, {len(again)} made twice")
+    print("interrupted: " + ", ".join(f"{name} {n}" for name, n in struck.most_common()))
     for name in [*differ, *map(str, again)]:
         print(f"  {name}")
     sys.exit(bool(differ or again))

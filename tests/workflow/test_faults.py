@@ -12,12 +12,12 @@ import sys
 import time
 from pathlib import Path
 
+import kill
 import numpy as np
 import pytest
 import xarray as xr
 from harness import FINISHED_TABLE, ROOT, SMALL, run_script
 
-import kill
 from viscotrain import files
 from viscotrain.errors import FileError, RunError
 from viscotrain.jobs import datasets, stopping
