@@ -43,6 +43,9 @@ def test_the_container_has_what_the_workflow_needs():
     ]
     assert [name for name in copied if not (ROOT / name).exists()] == []
     assert {*PARTS, "Snakefile", str(FINISHED_TABLE)} <= set(copied)
+    named = [ROOT / name for name in re.findall(r'"/opt/viscotrain/([^"]+)"', text)]
+    assert len(named) == 2 and all(path.is_file() for path in named)
+    assert "libquadmath0" in text  # without it no flow is solved in a slim image
     versions = re.findall(r"^FROM python:3\.(\d+)-slim", text, re.MULTILINE)
     (oldest,) = re.findall(r">=3\.(\d+)", PROJECT["requires-python"])
     assert len(versions) == 2
