@@ -42,6 +42,8 @@ INJECTIONS = {
     "poisson": "random (Poisson)",
     "even": "equally spaced",
 }
+ORDERING = "GnBu_r"  # colours of the ordering length over that of the channel: dark is short
+ORDERING_LIMITS, ORDERING_TICKS = (0.1, 30), (0.1, 0.3, 1, 3, 10, 30)
 MEAN_SPACING = r"\langle s\rangle"
 POSITION = "position along the channel, $z$ [$D$]"
 BELOW_ERROR = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
@@ -109,6 +111,11 @@ def draw_ordered(axes: Axes, variation: float) -> Line2D:
     """The CV up to which a train counts as ordered, with its label for the legend."""
     words = f"counts as ordered: CV \N{LESS-THAN OR EQUAL TO} {variation:g}"
     return axes.axhline(variation, label=words, **ORDERED)
+
+
+def in_digits(value: float, digits: int = 2) -> str:
+    """A number with so many significant digits, and never as a power of ten."""
+    return f"{float(f'{value:.{digits}g}'):.12g}"
 
 
 def scientific(value: float) -> str:

@@ -70,7 +70,7 @@ class Family(NamedTuple):
 
 
 elastic_colour = Family("viridis", 0.08, 0.93, 0.2, 100.0)  # of De > 0
-fraction_colour = Family("afmhot_r", 0.2, 0.82, 5e-4, 5e-2)  # of a volume fraction
+fraction_colour = Family("afmhot_r", 0.27, 0.85, 5e-4, 5e-2)  # of a volume fraction
 confinement_colour = Family("RdPu", 0.35, 1.0, 0.05, 0.5)  # of d/D
 
 
