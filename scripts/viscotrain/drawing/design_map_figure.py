@@ -95,10 +95,13 @@ def _draw_map(axes: Axes, dataset: xr.Dataset, found: xr.Dataset, marks: list[st
     for row, De in enumerate(dataset["deborah"].values):
         own = found.sel(deborah=De)
         phi, stable = 100 * own[given].values, own["stability"].values >= 0
+        unstable = own["stability"].values < 0  # else, neither, it is not known
         bottom, top = row + BAND[0], row + BAND[1]
         colours = np.ma.masked_where(~stable, np.minimum(share[row], 2 * ORDERING_LIMITS[1]))
         drawn = axes.pcolormesh(_edges(phi), [bottom, top], colours[None], **look)
-        axes.fill_between(_edges(phi), bottom, top, where=_beside(~stable), step="post", **UNSTABLE)
+        axes.fill_between(
+            _edges(phi), bottom, top, where=_beside(unstable), step="post", **UNSTABLE
+        )
         axes.vlines(_crossings(phi, share[row], stable), bottom, top, **CHANNEL)
         _draw_conditions(axes, dataset.sel(deborah=De), row, bool(marks[row]))
     bar = axes.figure.colorbar(drawn, ax=axes, extend="both", pad=0.01, aspect=16)

@@ -69,7 +69,7 @@ class Family(NamedTuple):
         return np.asarray(colours(self.begin + (self.end - self.begin) * place))
 
 
-elastic_colour = Family("viridis", 0.08, 0.93, 0.2, 100.0)  # of De > 0
+elastic_colour = Family("viridis", 0.05, 0.93, 0.4, 100.0)  # of De > 0
 fraction_colour = Family("afmhot_r", 0.27, 0.85, 5e-4, 5e-2)  # of a volume fraction
 confinement_colour = Family("RdPu", 0.35, 1.0, 0.05, 0.5)  # of d/D
 
