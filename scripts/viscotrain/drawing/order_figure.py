@@ -122,7 +122,7 @@ def _finish_right(axes: Axes, data: xr.Dataset, length: float):
     if "simulated_variation" in data:
         values = np.append(values, data["simulated_variation"].values)
     low, high = np.nanmin(values), np.nanmax(values)
-    room = ROOM * (high - low)
+    room = ROOM * (high - low) or 0.5
     axes.set(ylim=(max(low - room, 0), high + room))
     axes.set_ylabel(f"CV at $z$ = {length:g} $D$ over CV at the inlet")
     axes.axhline(1, color=GREY, lw=0.6)

@@ -22,6 +22,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
+BLUE, VERMILLION, GREY, PALE_GREY = "#0072B2", "#D55E00", "#777777", "#CCCCCC"  # Okabe and Ito
 STYLE = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same figure on every machine
     "font.size": 8,
@@ -39,6 +40,7 @@ STYLE = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
     "hatch.linewidth": 0.5,
+    "hatch.color": GREY,
     "axes.unicode_minus": True,
     "pdf.fonttype": 42,  # text stays text
     "savefig.dpi": 200,
@@ -46,7 +48,6 @@ STYLE = {
 }
 COLUMN, PAGE = 90 / 25.4, 180 / 25.4  # widths of figures in inches, as papers print them
 SMALL = 7  # size of text in a figure, as that of ticks and legends
-BLUE, VERMILLION, GREY, PALE_GREY = "#0072B2", "#D55E00", "#777777", "#CCCCCC"  # Okabe and Ito
 MARKERS = "osD^vP*X"
 NO_ELASTICITY = "h"  # the marker of De = 0
 MARKER_SIZE = 4  # points
