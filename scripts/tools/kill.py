@@ -13,6 +13,7 @@ import contextlib
 import hashlib
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -103,11 +104,10 @@ def main():
         after = finished(killed)
         again += [path for path, at in before.items() if after.get(path, at) != at]
         struck.update({path.parts[2] for path in interrupted(killed)})  # results/tiny/dns/...
-        made = f"{len(after)} files finished"
+        made = f"{len(after)} files finished, {len(again)} made twice"
         print(f"kill {n + 1} after {limit:.1f} s: {made}, exit {ended}", flush=True)
-        if ended == 0:  # nothing left to kill: begin anew with half of it gone
-            for path in rng.sample(sorted(after), len(after) // 2):
-                path.unlink()
+        if ended == 0:  # nothing left to kill: begin anew
+            shutil.rmtree(killed)
     if start(config, killed).wait() != 0:
         sys.exit(f"the run after all kills failed: {killed / 'terminal.txt'}")
     expected, found = content(calm), content(killed)
