@@ -349,12 +349,12 @@ def summary(trains: xr.Dataset) -> str:
         f"mean spacing of an equally spaced train: {float(trains['mean_spacing_law']):.3f} d",
         "each +- sampling error (95 %) +- model error",
         f"model error from {trains.attrs['model_error']}",
-        "station/D   " + "".join(f"{words:<25}" for words in IN_WORDS).rstrip(),
+        "station/D   " + "".join(f"{words:<28}" for words in IN_WORDS).rstrip(),
     ]
     for n, station in enumerate(trains["station"].values):
         own = trains.isel(station=n)
         words = [with_errors(own, *how) for how in IN_WORDS.values()]
-        lines.append(f"{station:<12g}" + "".join(f"{word:<25}" for word in words).rstrip())
+        lines.append(f"{station:<12g}" + "".join(f"{word:<28}" for word in words).rstrip())
     return "\n".join(lines)
 
 

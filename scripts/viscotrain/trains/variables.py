@@ -13,7 +13,21 @@ def described(values, dims: Sequence[str], long_name: str, **attributes) -> xr.V
 
 def rate_in_words(rate: float) -> str:
     """Spheres per second to three digits, and never as a power of ten."""
-    return f"{rate:.0f}" if rate >= 100 else f"{rate:.3g}"
+    rounded = float(f"{rate:.3g}")
+    return f"{rounded:.0f}" if rounded >= 100 else f"{rounded:g}"
+
+
+def amounts_in_words(data: xr.Dataset) -> tuple[str, str]:
+    """The volume fractions in the channel and in the feed, in per cent.
+
+    The one that the study gives has its digits, the one that follows has two: it depends on a
+    velocity, and is what a pump and a balance can tell.
+    """
+    names = "volume_fraction", "feed_volume_fraction"
+    channel, feed = (
+        f"{100 * float(data[name]):.{3 if name == data.attrs['given'] else 2}g}" for name in names
+    )
+    return channel, feed
 
 
 def unequal(data: xr.Dataset) -> str:
@@ -31,12 +45,12 @@ def with_errors(
         dataset: Holds the statistic, as a single number, and what is known of its `_halfwidth`
             and `_model_error`.
         name: Of the statistic.
-        decimals: Of the number; errors that would round to 0 have up to two more.
+        decimals: Of the number and of its errors; one that rounds to 0 is "<0.001".
         factor: 100 for per cent.
         between: What stands between them.
 
     Returns:
-        "6.61 +- 0.05 +- 0.002"; "flat" where there is no mode, "-" no other number.
+        "6.61 +- 0.05 +- <0.01"; "flat" where there is no mode, "-" no other number.
     """
     value = factor * float(dataset[name])
     if not math.isfinite(value):
@@ -45,6 +59,6 @@ def with_errors(
     for end in ("_halfwidth", "_model_error"):
         error = factor * float(dataset[name + end]) if name + end in dataset else math.nan
         if math.isfinite(error):
-            shown = (f"{error:.{decimals + more}f}" for more in range(3))
-            words.append(next((text for text in shown if float(text) > 0), "0"))
+            shown = f"{error:.{decimals}f}"
+            words.append(shown if float(shown) > 0 else f"<{10.0**-decimals:.{decimals}f}")
     return between.join(words)
