@@ -30,7 +30,6 @@ from viscotrain.drawing.conventions import (
     DISTANCE_TICKS,
     SIGNED,
     distance_coordinate,
-    largest_error,
 )
 from viscotrain.drawing.style import BLUE, VERMILLION, deborah_colour
 from viscotrain.drawing.train_figures import OCTAVES, WIDE_AND_CLOSE
@@ -39,7 +38,7 @@ from viscotrain.table.attributes import ERRORS, INTERPOLATED
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.memory import largest, remark
 from viscotrain.table.pairs import pair_velocity
-from viscotrain.table.points import holes
+from viscotrain.table.points import holes, largest_error
 from viscotrain.trains.design_map import BAR
 from viscotrain.trains.statistics import TOUCHING
 from viscotrain.trains.variables import rate_in_words, unequal, with_errors

@@ -19,7 +19,13 @@ from viscotrain.trains.injection import channel_volume_fraction, feed_volume_fra
 from viscotrain.trains.recording import SNAPSHOTS, Record
 from viscotrain.trains.sizes import Sizes
 from viscotrain.trains.statistics import MODE, statistics
-from viscotrain.trains.variables import described, rate_in_words, unequal, with_errors
+from viscotrain.trains.variables import (
+    amounts_in_words,
+    described,
+    rate_in_words,
+    unequal,
+    with_errors,
+)
 from viscotrain.words import DEBORAH_NUMBERS, repeated
 
 TRACKED_SPHERES = 40
@@ -330,9 +336,10 @@ IN_WORDS = {  # by column: statistic, decimals, factor
 
 def amount(trains: xr.Dataset) -> str:
     """How much enters, and how, in words."""
+    channel, feed = amounts_in_words(trains)
     return (
-        f"phi = {100 * float(trains[CHANNEL]):.3g} % in the channel, "
-        f"{100 * float(trains[FEED]):.3g} % in the feed, {trains.attrs['injection']} injection"
+        f"phi = {channel} % in the channel, {feed} % in the feed, "
+        f"{trains.attrs['injection']} injection"
         f"{unequal(trains)}"
     )
 
