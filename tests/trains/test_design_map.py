@@ -283,7 +283,7 @@ def test_design_map_draws_only_conditions_that_were_simulated(hand_made):
     assert cells[0, 0].startswith("0.100") and cells[0, 1].startswith("0.750")
     assert (1, 0) not in cells  # De = 1, phi = 1 %: not simulated
     assert len([patch for patch in variation.patches if isinstance(patch, Rectangle)]) == 3
-    assert cells[0, 0] == "0.100\n\N{PLUS-MINUS SIGN}0\n\N{PLUS-MINUS SIGN}0"
+    assert cells[0, 0] == "0.100\n\N{PLUS-MINUS SIGN}<0.001\n\N{PLUS-MINUS SIGN}<0.001"
     entry = [text.get_text() for text in figure.axes[5].texts]
     assert [words.split("\n")[0] for words in entry] == ["0.99 %", "0.99 %", "1.65 %"]
     # CV = (1 - 1/4.44)/sqrt(3) and (1 - 1/2.67)/sqrt(3), less than 1 % lower by slow triplets

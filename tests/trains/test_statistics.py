@@ -171,6 +171,8 @@ def test_rates_in_words_have_three_digits_and_no_powers(rate, words):
         (0.004, 0.0, "0.460 +- 0.004 +- <0.001"),
         (0.0004, 0.0006, "0.460 +- <0.001 +- 0.001"),
         (0.04, np.nan, "0.460 +- 0.040"),
+        (0.159, 0.007, "0.46 +- 0.16 +- 0.01"),
+        (17.0, np.nan, "0 +- 17"),
     ],
 )
 def test_errors_that_are_not_zero_are_not_written_as_zero(halfwidth, model, words):

@@ -225,8 +225,8 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     for place, row, name in (
         (0.0, below, "inlet, $z$ = 0"),
         (end, below, f"outlet, $z$ = {length:g} $D$"),
-        (entering[1:].mean(), below - line, "enters at random distances, for example these"),
-        (last.mean(), below - line, "ideal: all at the mean spacing (not computed)"),
+        (entering[1:].mean(), below - line, "enters at random distances"),
+        (last.mean(), below - line, "ideal: equally spaced (not computed)"),
     ):
         axes.text(place, row, name, ha="center", va="center", fontsize=SMALL)
     for place in (0.0, end):

@@ -139,7 +139,8 @@ def _norm(change: NDArray) -> SymLogNorm:
     Where most of the field is below the end, which is a round number: a layer at a sphere may have
     a stress that is many times as large.
     """
-    end = float(np.nanquantile(np.abs(change[change != 0]), 1 - CLIPPED)) if change.any() else 0
+    known = np.abs(change[np.isfinite(change) & (change != 0)])
+    end = float(np.quantile(known, 1 - CLIPPED)) if known.size else 0.0
     end = max(float(f"{end:.0e}"), NEGLIGIBLE)
     return SymLogNorm(LINEAR * end, vmin=-end, vmax=end)
 

@@ -16,6 +16,7 @@ from viscotrain.drawing.train_figures import DOTTED, kept
 from viscotrain.trains.statistics import LONGEST_STRING, TOUCHING
 from viscotrain.trains.variables import with_errors
 
+SMALLEST = 5e-4  # share that is named: 0.1 %, rounded
 LINE = 64  # characters that are as long as the axes
 NAMES = {2: "doublets", 3: "triplets", LONGEST_STRING: f"strings of {LONGEST_STRING} or more"}
 
@@ -78,12 +79,12 @@ def _draw_longest(axes: Axes, data: xr.Dataset):
 
 
 def _in_strings(station: xr.Dataset) -> str:
-    """The shares of spheres in strings of all lengths that are not 0.0 %, with their errors."""
+    """The shares of spheres in strings of all lengths that are worth a word, with their errors."""
     found = []
     for length in station["string_length"].values[1:]:
         own = station.sel(string_length=length)
-        words = with_errors(own, "string_share", 1, 100, " \N{PLUS-MINUS SIGN} ")
-        if not words.startswith("0.0 "):
+        if float(own["string_share"]) >= SMALLEST:
+            words = with_errors(own, "string_share", 1, 100, " \N{PLUS-MINUS SIGN} ")
             found.append(f"{NAMES.get(int(length), f'strings of {length}')} {words} %")
     line = f"at {float(station['station']):g} $D$: {', '.join(found) or 'none'}"
     return textwrap.fill(line, LINE, subsequent_indent="   ")

@@ -45,7 +45,8 @@ def with_errors(
         dataset: Holds the statistic, as a single number, and what is known of its `_halfwidth`
             and `_model_error`.
         name: Of the statistic.
-        decimals: Of the number and of its errors; one that rounds to 0 is "<0.001".
+        decimals: Of the number and of its errors, fewer where an error has more than two digits;
+            one that rounds to 0 is "<0.001".
         factor: 100 for per cent.
         between: What stands between them.
 
@@ -55,10 +56,11 @@ def with_errors(
     value = factor * float(dataset[name])
     if not math.isfinite(value):
         return "flat" if name.endswith("mode") else "-"
-    words = [f"{value:.{decimals}f}"]
-    for end in ("_halfwidth", "_model_error"):
-        error = factor * float(dataset[name + end]) if name + end in dataset else math.nan
-        if math.isfinite(error):
-            shown = f"{error:.{decimals}f}"
-            words.append(shown if float(shown) > 0 else f"<{10.0**-decimals:.{decimals}f}")
-    return between.join(words)
+    ends = [name + end for end in ("_halfwidth", "_model_error") if name + end in dataset]
+    errors = [error for end in ends if math.isfinite(error := factor * float(dataset[end]))]
+    if (largest := max(errors, default=0.0)) > 0:
+        decimals = max(min(decimals, 1 - math.floor(math.log10(largest))), 0)
+    smallest = 10.0**-decimals
+    words = [f"{error:.{decimals}f}" for error in errors]
+    words = [text if float(text) > 0 else f"<{smallest:.{decimals}f}" for text in words]
+    return between.join([f"{value:.{decimals}f}", *words])
