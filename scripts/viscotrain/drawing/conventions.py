@@ -113,7 +113,8 @@ def train_conditions(data: xr.Dataset) -> str:
     """The conditions of a train in words: of the flow, how much enters by which law, a remark."""
     flow = conditions(float(data["deborah"]), float(data["confinement"]))
     below = [amounts(data), *filter(None, [beyond(data)])]
-    return f"{flow},  {injection_in_words(data)}\n" + "\n".join(below)
+    between = "\n" if unequal(data) else ",  "  # of a line as long as a column
+    return f"{flow}{between}{injection_in_words(data)}\n" + "\n".join(below)
 
 
 def injection_in_words(data: xr.Dataset) -> str:
@@ -138,7 +139,7 @@ def amounts(data: xr.Dataset) -> str:
     """The volume fractions in the channel and in the feed, and spheres/s if known, in words."""
     phi, feed = amounts_in_words(data)
     rate = float(data.get("sphere_rate", math.nan))
-    enter = f"\n{rate_in_words(rate)} spheres/s" if math.isfinite(rate) else ""
+    enter = f", {rate_in_words(rate)} spheres/s" if math.isfinite(rate) else ""
     return rf"$\phi$ = {phi} % in the channel, {feed} % in the feed{enter}"
 
 

@@ -26,7 +26,7 @@ from viscotrain.drawing.style import (
 )
 from viscotrain.trains.encapsulation import best_condition
 from viscotrain.trains.occupancy import RANDOM_BEST, TOLERANCE, poisson
-from viscotrain.trains.variables import rate_in_words
+from viscotrain.trains.variables import rate_in_words, rounded
 
 COLOURS = (GREY, BLUE, VERMILLION)  # of 0, 1, 2+ beads
 IN_WORDS = ("no bead", "one bead", "two or more")
@@ -102,19 +102,13 @@ def _draw_frequencies(axes: Axes, own: xr.Dataset):
     if math.isfinite(rate):
         other = axes.secondary_xaxis("top", functions=(lambda x: x * rate, lambda F: F / rate))
         other.set_xticks([rate * tick for tick in TICKS])
-        other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: _two_digits(value)))
+        other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 2)))
         other.xaxis.set_minor_locator(NullLocator())
         other.set_xlabel("droplets per second")
     axes.set_title(
         f"the best condition: De = {float(own['deborah']):g},  $\\phi$ = {100 * float(own['volume_fraction']):.3g} %,  "
         f"$z$ = {float(own['station']):g} $D$"
     )
-
-
-def _two_digits(rate: float) -> str:
-    """A rate, of which the study knows no more, and never as a power of ten."""
-    rounded = float(f"{rate:.2g}")
-    return f"{rounded:.0f}" if rounded >= 10 else f"{rounded:g}"
 
 
 def _draw_conditions(axes: Axes, found: xr.Dataset):

@@ -232,7 +232,9 @@ def _with_rows(trains: xr.Dataset) -> xr.Dataset:
     ahead.attrs = {"long_name": "distance to the sphere ahead over diameter", "units": "1"}
     since = (data["track_time"] - data["track_time"].isel(track_station=0)).mean("track_sphere")
     error = data["velocity_error"] * since / data["confinement"]
-    words = "error of the change of a distance since the entry, over diameter, by that of velocities"
+    words = (
+        "error of the change of a distance since the entry, over diameter, by that of velocities"
+    )
     return data.drop_vars(["track_time", "track_position"]).assign(
         track_spacing=ahead, track_error=error.assign_attrs(long_name=words, units="1")
     )

@@ -63,7 +63,8 @@ def film(
         Dataset with `position` (station, frame, sphere) and `time` (frame) of the cameras at the
         stations, `moving_position` (frame, moving_sphere) and `moving_time` (frame) of the one
         that moves along; positions in D, NaN after the leading sphere in the window. Diameters
-        over their mean, `diameter` and `moving_diameter`, have the shapes of positions.
+        over their mean, `diameter` and `moving_diameter`, have the shapes of positions. And
+        `spacing_variation` (station) of the train, over all its passages.
     """
     length = float(train["channel_length"])
     span, rows = moving_window(length, field_of_view)
@@ -95,6 +96,7 @@ def film(
     )
     for name in SCALARS:
         dataset[name] = train[name]
+    dataset["spacing_variation"] = train["spacing_variation"]
     dataset["memory_number"] = train["memory_number"].max(keep_attrs=True)
     De, phi = float(train["deborah"]), float(train["volume_fraction"])
     dataset.attrs["title"] = f"positions of spheres in movies at De = {De:g}, phi = {phi:.3g}"
