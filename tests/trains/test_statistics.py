@@ -159,7 +159,8 @@ def test_the_error_of_a_mode_is_large_where_two_peaks_compete():
 
 
 @pytest.mark.parametrize(
-    ("rate", "words"), [(1396.2, "1400"), (1738.0, "1740"), (82.43, "82.4"), (1.5, "1.5"), (99.96, "100")]
+    ("rate", "words"),
+    [(1396.2, "1400"), (1738.0, "1740"), (82.43, "82.4"), (1.5, "1.5"), (99.96, "100")],
 )
 def test_rates_in_words_have_three_digits_and_no_powers(rate, words):
     assert rate_in_words(rate) == words

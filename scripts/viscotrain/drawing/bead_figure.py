@@ -10,7 +10,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from viscotrain.drawing.conventions import INJECTIONS, draw_ordered
 from viscotrain.drawing.style import GREY, PAGE, STYLE, Drawing, fraction_look, styled

@@ -105,10 +105,9 @@ def _draw_frequencies(axes: Axes, own: xr.Dataset):
         other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 2)))
         other.xaxis.set_minor_locator(NullLocator())
         other.set_xlabel("droplets per second")
-    axes.set_title(
-        f"the best condition: De = {float(own['deborah']):g},  $\\phi$ = {100 * float(own['volume_fraction']):.3g} %,  "
-        f"$z$ = {float(own['station']):g} $D$"
-    )
+    phi = 100 * float(own["volume_fraction"])
+    where = f"$\\phi$ = {phi:.3g} %,  $z$ = {float(own['station']):g} $D$"
+    axes.set_title(f"the best condition: De = {float(own['deborah']):g},  {where}")
 
 
 def _draw_conditions(axes: Axes, found: xr.Dataset):

@@ -41,7 +41,7 @@ from viscotrain.trains.sizes import contact
 from viscotrain.trains.statistics import touching
 from viscotrain.trains.variables import rounded
 
-AROUND = 1.2  # height of words above and below the windows, in inches
+AROUND, LINE = 0.75, 0.15  # heights of words above and below the windows, and of a line, in inches
 PROGRESS = 0.12  # the same of the line that stands for the channel
 RING = {
     "facecolor": "none",
@@ -80,8 +80,9 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     data = labelled(film, units)[[*names, *OF_FILM, "sphere_rate", "channel_diameter"]]
     data = data.isel(frame=film.sizes["frame"] // 2)
     data.attrs = {name: film.attrs[name] for name in ("injection", "given")}
+    title = [*train_conditions(data).split("\n"), "all stations at the same moment"]
     count, view = data.sizes["station"], float(data["field_of_view"])
-    figure, panels = figure_of_windows(count, view, AROUND)
+    figure, panels = figure_of_windows(count, view, AROUND + LINE * len(title))
     for n, axes in enumerate(panels):
         seen = _draw_station(axes, data, n)
         place(
@@ -89,7 +90,7 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
         )
     draw_scale(panels[0], float(data["channel_diameter"]))
     panels[-1].set_xlabel(POSITION)
-    figure.suptitle(f"{train_conditions(data)}\nall stations at the same moment")
+    figure.suptitle("\n".join(title))
     draw_legend(figure, _touches(data["position"], data), station=STATION)
     return Drawing(figure, data)
 
@@ -136,10 +137,19 @@ def _clock(data: xr.Dataset, times: NDArray, frame_rate: float) -> tuple[Callabl
     return lambda n: f"t = {shown[n]:.{decimals}f} {unit}", words
 
 
+def _conditions(data: xr.Dataset) -> list[str]:
+    """Lines of the title of a film."""
+    return [*train_conditions(data).split("\n"), *filter(None, [data.attrs.get("channel")])]
+
+
+def _around(data: xr.Dataset) -> float:
+    """Height of the words of a film, in inches."""
+    return AROUND + LINE * len(_conditions(data))
+
+
 def _head(figure: Figure, data: xr.Dataset) -> Text:
     """The conditions, and on the right a place for words that change."""
-    title = train_conditions(data), *filter(None, [data.attrs.get("channel")])
-    shown = figure.suptitle("\n".join(title), x=0.01, ha="left")
+    shown = figure.suptitle("\n".join(_conditions(data)), x=0.01, ha="left")
     look = {"ha": "right", "va": "top", "fontsize": shown.get_fontsize()}
     return figure.text(0.99, 1 - PAD / figure.get_figheight(), "", **look)
 
@@ -155,7 +165,7 @@ def station_film(
         station: Its number.
         frame_rate: Frames per second of the movie, which decides how slow it is.
     """
-    figure, (axes,) = figure_of_windows(1, float(data["field_of_view"]), AROUND)
+    figure, (axes,) = figure_of_windows(1, float(data["field_of_view"]), _around(data))
     time, speed = _clock(data, data["time"].values, frame_rate)
     now = _head(figure, data)
     seen = _draw_station(axes, data, station)
@@ -175,10 +185,10 @@ def station_film(
 
 @styled
 def moving_film(data: xr.Dataset, frame_rate: float) -> tuple[Figure, list, Callable]:
-    """The same of the camera that moves along; its rows are pieces of a window, the leading first."""
+    """The same of the camera that moves along; its rows are pieces of a window."""
     rows, beta = int(data["moving_rows"]), float(data["confinement"])
     length = float(data["moving_length"]) / rows
-    figure, panels = figure_of_windows(rows, length, AROUND, PROGRESS)
+    figure, panels = figure_of_windows(rows, length, _around(data), PROGRESS)
     time, speed = _clock(data, data["moving_time"].values, frame_rate)
     at = f"at {float(data['moving_velocity']):.3g} U\u0304"
     now = _head(figure, data)

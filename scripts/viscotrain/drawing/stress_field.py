@@ -6,8 +6,8 @@ the wall and moves nothing, with the streamlines in the frame of the middle sphe
     psi(r, z) = int_0^r (u_z - U_2) r' dr'.
 
 There the wall moves backwards, and so does the fluid but for a core, a little faster than spheres,
-which turns back at them: the line between both ends at the outer spheres. All is symmetric about the
-axis; drawn is the side with the wall. At De = 0 the trace is zero, as that of any Newtonian stress.
+which turns back at them: the line between both ends at the outer spheres. All is symmetric about
+the axis; drawn is the side with the wall. At De = 0 the trace is zero, as of any Newtonian stress.
 """
 
 import math
