@@ -51,8 +51,8 @@ RING = {
 }  # a sphere in the first frame
 STATION = Line2D([], [], ls="", marker="^", color="black", ms=MARK)
 FIRST = Line2D([], [], ls="", marker="o", mfc="none", mec=SHADOW, ms=SPHERE)
-OF_FILM = ("field_of_view", "confinement", "deborah", "injection_rate", "memory_number")
-OF_FILM += ("volume_fraction", "feed_volume_fraction", "diameter_variation")
+OF_FILM = ["field_of_view", "confinement", "deborah", "injection_rate", "memory_number"]
+OF_FILM += ["volume_fraction", "feed_volume_fraction", "diameter_variation"]
 
 
 def labelled(film: xr.Dataset, units: xr.Dataset) -> xr.Dataset:

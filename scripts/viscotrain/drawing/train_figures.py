@@ -29,9 +29,9 @@ from viscotrain.trains.variables import with_errors
 from viscotrain.words import CONTACT, NEGLIGIBLE
 
 BEYOND = 1.1  # the axis of distances, over the largest of them
-WIDE_AND_CLOSE = ListedColormap(  # without the ends of the map, where purple is as good as black
-    matplotlib.colormaps["PuOr_r"](np.linspace(0.12, 0.88, 256)), "wide and close"
-)
+OCTAVES = 2  # of distances, on the page
+WIDE_AND_CLOSE = "PuOr_r"
+DARKEST = 0.12  # of it at both ends is left out, where purple is as good as black
 ROUND_DISTANCES = (1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100)  # d, on the colour bar
 DOTTED = (0, (1, 1))
 
@@ -93,8 +93,10 @@ def _largest(data: xr.Dataset) -> float:
 
 def _highest(data: xr.Dataset) -> float:
     """The highest density, with its larger error."""
-    errors = [data[f"spacing_density{end}"].fillna(0.0) for end in ("_halfwidth", "_model_error")]
-    highest = float((data["spacing_density"] + np.maximum(*errors)).max())
+    half, model = (
+        data[f"spacing_density{end}"].fillna(0.0) for end in ("_halfwidth", "_model_error")
+    )
+    highest = float((data["spacing_density"] + np.maximum(half, model)).max())
     if "measured_density" in data:
         measured = data["measured_density"] + data["measured_density_error"]
         highest = np.nanmax([highest, float(measured.max())])
@@ -197,7 +199,8 @@ def train(trains: xr.Dataset) -> Drawing:
     ratio = np.log(np.where(touching, np.nan, np.maximum(s, CONTACT)) / law)
     most = max(math.log(s.max() / law), NEGLIGIBLE)
     norm = TwoSlopeNorm(0.0, min(math.log(CONTACT / law), -NEGLIGIBLE), most)
-    drawn = _draw_rows(left, data, ratio, norm, WIDE_AND_CLOSE)
+    colours = matplotlib.colormaps[WIDE_AND_CLOSE](np.linspace(DARKEST, 1 - DARKEST, 256))
+    drawn = _draw_rows(left, data, ratio, norm, ListedColormap(colours))
     bar = figure.colorbar(drawn, ax=left, location="bottom", aspect=30)
     bar.ax.set_xscale("linear")  # as far apart as their logarithms
     ticks = [tick for tick in ROUND_DISTANCES if tick <= s.max()]
