@@ -87,7 +87,8 @@ def _largest(data: xr.Dataset) -> float:
     bins = data["spacing_bin"]
     largest = float(bins[some.values].max() + bins.attrs["bin_width"] / 2)
     if "measured_density" in data:
-        largest = np.nanmax([largest, data["measured_bin"].where(data["measured_density"] > 0)])
+        measured = data["measured_bin"].where(data["measured_density"] > 0)
+        largest = np.nanmax([largest, float(measured.max())])
     return largest
 
 
