@@ -15,6 +15,7 @@ import xarray as xr
 from PIL import Image
 
 from viscotrain.drawing import movies
+from viscotrain.drawing.style import STYLE
 
 KEPT = {
     "table/velocity_table.nc": 1e6,  # most bytes
@@ -57,7 +58,7 @@ def draw_film(results: Path, folder: Path):
     film = xr.load_dataset(results / "movies" / f"{FILM}.nc")
     units = xr.load_dataset(results / "units.nc")
     ends = movies.stations(film.isel(station=[0, -1]), units).figure
-    ends.savefig(folder / f"film_{FILM}.png", metadata={"Software": None})
+    ends.savefig(folder / f"film_{FILM}.png", dpi=STYLE["savefig.dpi"], metadata={"Software": None})
     data = movies.labelled(film, units)
     first, *_, last = movies.moving_frames(data, width=WIDTH, frame_rate=FRAME_RATE)
     both = Image.fromarray(np.concatenate([first, last]))
