@@ -210,7 +210,11 @@ def test_statistics_of_a_train_have_both_errors():
     numbers = item["statistics"][1][column].split(" \N{PLUS-MINUS SIGN} ")
     for end, number in zip(("", "_halfwidth", "_model_error"), numbers, strict=True):
         expected = float(train[f"spacing_variation{end}"][1])
-        assert float(number) == pytest.approx(expected, abs=6e-4)
+        last_digit = 10.0 ** -len(number.partition(".")[2])
+        if number.startswith("<"):
+            assert expected < float(number[1:])
+        else:
+            assert float(number) == pytest.approx(expected, abs=0.51 * last_digit)
     rate = float(train["injection_rate"]) * 10  # Ubar/D = De/lambda_1 = 10 per second
     assert f"poisson law, {rate:.3g} per second" in item["entry"]
     assert "1 repeat simulated again" in item["entry"]
