@@ -1,13 +1,16 @@
 import itertools
 import math
+from types import SimpleNamespace
 
+import jinja2
 import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 import yaml
-from harness import CONFIG, output, run_script
+from harness import CONFIG, ROOT, output, run_script
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 from synthetic import DEMO_NODES, SINGLE, at_deborah, dns_result, relative, triplet
 
@@ -17,11 +20,12 @@ from viscotrain.jobs import datasets, drawings
 from viscotrain.table.assembly import combine
 from viscotrain.table.check import check_errors
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import injection
 from viscotrain.trains.closures import EverySphere
 from viscotrain.trains.motion import chain_motion
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.trains.statistics import TOUCHING
-from viscotrain.trains.variables import rate_in_words
+from viscotrain.trains.variables import in_digits, rate_in_words
 from viscotrain.words import BEYOND_QUASI_STEADY, INACCURATE
 
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
@@ -140,7 +144,14 @@ def test_relative_velocities_show_the_interpolant_and_its_nodes(table):
     nodes = table["velocity"].sel(deborah=1.0).values
     np.testing.assert_array_equal(data["node_relative_velocity"], np.diff(nodes, axis=-1))
     words = texts(figure)
-    for word in ("$s_p$ [$d$]", "$s_f$ [$d$]", r"\bar{U}", "De = 1", "$d/D$ = 0.2", "no relative"):
+    for word in (
+        "$s_p$ [$d$]",
+        "$s_f$ [$d$]",
+        r"\bar{U}",
+        "De = 1",
+        "$d/D$ = 0.2",
+        "neither opens",
+    ):
         assert word in words
     for word in ("repulsion\ngap opens", "attraction\ngap closes", "below the error"):
         assert word in words
@@ -155,6 +166,23 @@ def test_colours_of_signed_velocities_are_centred_on_zero(table):
     (bar,) = (axes for axes in figure.axes if "relative velocity" in axes.get_ylabel())
     low, high = bar.get_ylim()
     assert low == pytest.approx(-high)
+
+
+def test_scales_name_both_ends_and_whose_they_are(table):
+    figure, _ = figures.relative_velocities(table, 1.0, BETA)
+    (bar,) = (axes for axes in figure.axes if "scale of De = 1" in axes.get_ylabel())
+    assert tuple(bar.get_yticks()[[0, -1]]) == bar.get_ylim()
+
+
+def test_a_line_between_both_signs_is_drawn_where_its_place_is_known(table):
+    """With an error of half the largest velocity no place is known, and there is no such line."""
+    words = "neither opens nor closes"
+    assert words in texts(figures.relative_velocities(table, 1.0, BETA).figure)
+    rough = table.copy(deep=True)
+    half = 0.5 * np.abs(np.diff(table["velocity"].sel(deborah=1.0).values, axis=-1)).max()
+    rough["check_error"][:] = half
+    figure = figures.relative_velocities(rough, 1.0, BETA).figure
+    assert words not in texts(figure) and "below the error" in texts(figure)
 
 
 def test_holes_are_crosses_and_nothing_is_drawn_in_between(table_with_holes):
@@ -206,6 +234,21 @@ def test_pair_velocity_has_bands_of_the_interpolation_error(table):
         assert band.x0 >= conventions.distance_coordinate(min(DEMO_NODES)) - 1e-12
     exact = table.drop_vars([name for name in table.variables if name.startswith("check")])
     assert not figures.pair_velocity(exact, BETA).figure.axes[0].collections
+
+
+def test_small_velocities_of_pairs_are_drawn_again_larger(table):
+    """Ten times slower at De = 0 than at De = 1: else one panel with all of them."""
+    (axes,) = figures.pair_velocity(table, BETA).figure.axes
+    slow = table.copy(deep=True)
+    slow["pair_velocity"].loc[{"deborah": 0.0}] = 0.1 * table["pair_velocity"].sel(deborah=1.0)
+    slow["velocity"].loc[{"deborah": 0.0}] = 0.1 * table["velocity"].sel(deborah=1.0)
+    figure = figures.pair_velocity(slow, BETA).figure
+    every, again = figure.axes
+    assert again.get_title("left") == "the same, enlarged: De = 0"
+    assert [len(own.lines) for own in (axes, every, again)] == [5, 5, 3]  # curves, nodes, zero
+    assert every.get_xlim() == again.get_xlim() == (0, 1)
+    figure.draw_without_rendering()
+    assert min(own.bbox.height for own in figure.axes) > 0.25 * figure.bbox.height
 
 
 def test_nodes_that_are_not_accurate_are_open_and_widen_the_band(table):
@@ -469,6 +512,38 @@ def test_colours_and_markers_are_those_of_the_numbers_not_of_their_place_in_a_li
     for own, one in zip(together, looks, strict=True):
         assert one["color"].tolist() == own.tolist()
     assert len(np.unique(together, axis=0)) == len({one["marker"] for one in looks}) == len(values)
+
+
+def test_every_law_of_injection_has_words_in_figures_and_captions():
+    assert set(conventions.INJECTIONS) == set(injection.INJECTIONS)
+    captions = [path.read_text("utf-8") for path in (ROOT / "workflow" / "report").glob("*.rst")]
+    naming = [words for words in captions if "Spheres enter {{" in words]
+    assert len(naming) > 5
+    for law, words in conventions.INJECTIONS.items():
+        job = SimpleNamespace(
+            config={"trains": {"injection": law}, "channel": {}},
+            wildcards=SimpleNamespace(deborah=5, volume_fraction=0.004),
+        )
+        assert all(words in jinja2.Template(own).render(snakemake=job) for own in naming)
+
+
+def test_what_counts_as_ordered_has_one_line_and_its_number():
+    axes = Figure().add_subplot()
+    line = conventions.draw_ordered(axes, 0.25)
+    assert line.get_label() == "counts as ordered: CV \N{LESS-THAN OR EQUAL TO} 0.25"
+    assert set(line.get_ydata()) == {0.25}
+    assert line.get_linestyle() != axes.axhline(1, **conventions.CHANNEL).get_linestyle()
+
+
+def test_numbers_have_so_many_digits_and_no_powers_of_ten():
+    values = (0.6266, 12.31, 1738.0, 2e6, 3.0)
+    assert [in_digits(value) for value in values] == [
+        "0.63",
+        "12",
+        "1700",
+        "2000000",
+        "3",
+    ]
 
 
 def test_quantities_have_families_of_colours_of_their_own():

@@ -26,7 +26,7 @@ from viscotrain.drawing.style import (
 )
 from viscotrain.trains.encapsulation import best_condition
 from viscotrain.trains.occupancy import RANDOM_BEST, TOLERANCE, poisson
-from viscotrain.trains.variables import rate_in_words, rounded
+from viscotrain.trains.variables import in_digits, rate_in_words
 
 COLOURS = (GREY, BLUE, VERMILLION)  # of 0, 1, 2+ beads
 IN_WORDS = ("no bead", "one bead", "two or more")
@@ -102,7 +102,7 @@ def _draw_frequencies(axes: Axes, own: xr.Dataset):
     if math.isfinite(rate):
         other = axes.secondary_xaxis("top", functions=(lambda x: x * rate, lambda F: F / rate))
         other.set_xticks([rate * tick for tick in TICKS])
-        other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 2)))
+        other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: in_digits(value)))
         other.xaxis.set_minor_locator(NullLocator())
         other.set_xlabel("droplets per second")
     phi = 100 * float(own["volume_fraction"])

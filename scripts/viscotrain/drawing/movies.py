@@ -39,7 +39,7 @@ from viscotrain.drawing.windows import (
 from viscotrain.fluid.units import CENTIMETRES
 from viscotrain.trains.sizes import contact
 from viscotrain.trains.statistics import touching
-from viscotrain.trains.variables import rounded
+from viscotrain.trains.variables import in_digits
 
 AROUND, LINE = 0.75, 0.15  # heights of words above and below the windows, and of a line, in inches
 PROGRESS = 0.12  # the same of the line that stands for the channel
@@ -129,9 +129,9 @@ def _clock(data: xr.Dataset, times: NDArray, frame_rate: float) -> tuple[Callabl
         return lambda n: f"t = {times[n]:.2f} D/U\u0304", "U\u0304: mean velocity of the flow"
     seconds = times * scale
     slower = (times.size - 1) / frame_rate / seconds[-1]
-    words = f"{rounded(slower, 2)}\N{MULTIPLICATION SIGN} slower than real"
+    words = f"{in_digits(slower)}\N{MULTIPLICATION SIGN} slower than real"
     if slower < 1:
-        words = f"{rounded(1 / slower, 2)}\N{MULTIPLICATION SIGN} faster than real"
+        words = f"{in_digits(1 / slower)}\N{MULTIPLICATION SIGN} faster than real"
     shown, unit = (1e3 * seconds, "ms") if seconds[-1] < 1 else (seconds, "s")
     decimals = max(0, math.ceil(-math.log10(shown[1] - shown[0])))  # every frame has its own
     return lambda n: f"t = {shown[n]:.{decimals}f} {unit}", words

@@ -11,15 +11,14 @@ def described(values, dims: Sequence[str], long_name: str, **attributes) -> xr.V
     return xr.Variable(dims, values, {"long_name": long_name, "units": "1", **attributes})
 
 
-def rounded(value: float, digits: int) -> str:
-    """A positive number to so many digits, and never as a power of ten if it is large."""
-    near = float(f"{value:.{digits}g}")
-    return f"{near:.0f}" if near >= 10 ** (digits - 1) else f"{near:g}"
+def in_digits(value: float, digits: int = 2) -> str:
+    """A number with so many significant digits, and never as a power of ten."""
+    return f"{float(f'{value:.{digits}g}'):.12g}"
 
 
 def rate_in_words(rate: float) -> str:
     """Spheres per second to three digits."""
-    return rounded(rate, 3)
+    return in_digits(rate, 3)
 
 
 def amounts_in_words(data: xr.Dataset) -> tuple[str, str]:
