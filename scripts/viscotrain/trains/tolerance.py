@@ -133,13 +133,18 @@ def injected_variation(
 def with_tolerance(found: xr.Dataset, table: VelocityTable, wanted: Wanted) -> xr.Dataset:
     """What `order.orders` found, and how much diameters may vary at every De and spacing.
 
+    NaN where the table has holes.
+
     Args:
         found: Over (deborah, spacing), with `confinement`.
         table: Of velocities, the same.
         wanted: Of the trains.
     """
-    beta, rows = float(found["confinement"]), []
+    beta, rows, broken = float(found["confinement"]), [], table.incomplete
     for De in found["deborah"].values:
+        if De in broken:
+            rows += [[math.nan] * len(OF_TRAINS)] * found.sizes["spacing"]
+            continue
         model, U = CLOSURES[wanted.closure](table.at(De)), size_response(table, De).value
         for s in found["spacing"].values:
             own = law(order.response(model, float(s)), beta, U, wanted.length)
@@ -205,6 +210,8 @@ def of_condition(
         wanted: Of the train.
         feed: Whether the volume fraction is that of what is poured in.
     """
+    if deborah in table.incomplete:
+        return f"De = {deborah:g}: not known, the table has holes"
     beta, model = table.confinement, CLOSURES[wanted.closure](table.at(deborah))
     phi = channel_volume_fraction(volume_fraction, model.isolated) if feed else volume_fraction
     answer = order.response(model, wanted.section.mean_spacing(beta, phi))
