@@ -75,7 +75,7 @@ def _point(comparison: xr.Dataset) -> str:
 
 @styled
 def start_up(comparisons: Sequence[xr.Dataset]) -> Drawing:
-    """Velocities from rest with those of held distances on top; below, what remains between both."""
+    """Velocities from rest, with those of held distances on top, and what remains between both."""
     rows, used = divmod(len(comparisons), COLUMNS)
     figure = Figure(figsize=(PAGE, 1.0 + 1.9 * (rows + 1)), layout="constrained")
     grid = figure.add_gridspec(rows + 1, COLUMNS)
@@ -153,7 +153,7 @@ def _start_up_data(comparisons: Sequence[xr.Dataset]) -> pd.DataFrame:
 
 @styled
 def closure(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> Drawing:
-    """Errors of both models: of a short train along its way, and over the spacing of an even one."""
+    """Errors of both models: of a short train on its way, and over the spacing of an even one."""
     figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
     upper, lower = figure.add_gridspec(2, 1, height_ratios=[1, 1.2])
     panels = upper.subgridspec(1, len(trains)).subplots(sharey=True, squeeze=False)[0]
@@ -169,7 +169,7 @@ def closure(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> Drawing:
 
 
 def _draw_train(axes: Axes, train: xr.Dataset):
-    """By how much each sphere of a short train is elsewhere by the models, of which both begin late."""
+    """By how much each sphere of a short train is elsewhere by the models; they may begin late."""
     De, time, direct = float(train["deborah"]), train["time"], train["distance"].cumsum("gap")
     look, largest = deborah_look(De) | {"marker": ""}, largest_differences(train)
     axes.axhline(0, color="black", lw=0.6)
