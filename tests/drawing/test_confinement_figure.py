@@ -201,4 +201,4 @@ def test_the_page_links_each_diameter_and_holds_its_figures(tmp_path):
     assert "data:image/png;base64,YWJj" in text
     assert "One &amp; two" in text and "x &lt; y" in text and "a&lt;b" in text
     assert "<td>0.1</td>" in text
-    assert "http" not in text
+    assert "http:" not in text and "https:" not in text
