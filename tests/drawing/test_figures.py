@@ -11,8 +11,7 @@ from harness import CONFIG, output, run_script
 from matplotlib.text import Text
 from synthetic import DEMO_NODES, SINGLE, at_deborah, dns_result, relative, triplet
 
-from viscotrain.drawing import conventions, figures, stress_field
-from viscotrain.drawing.style import deborah_colour, fraction_colour
+from viscotrain.drawing import conventions, figures, stress_field, style
 from viscotrain.fluid.channel import RECTANGLE, CrossSection
 from viscotrain.jobs import datasets, drawings
 from viscotrain.table.assembly import combine
@@ -308,7 +307,12 @@ def test_spacing_shows_every_station_with_its_measures(train):
     words = texts(figure)
     for word in ("$s^*$ [$d$]", "[$1/d$]", "De = 1", r"$\phi$ = 1 % in the channel", "2 repeats"):
         assert word in words
-    for word in ("1.65 % in the feed", "uniform injection", "model error", "sampling error"):
+    for word in (
+        "1.65 % in the feed",
+        "random (uniform intervals)",
+        "model error",
+        "sampling error",
+    ):
         assert word in words
 
 
@@ -408,12 +412,30 @@ def test_train_is_a_row_per_sphere(train):
         assert word in texts(figure)
 
 
-def test_colours_are_those_of_the_numbers_not_of_their_place_in_a_list():
-    for colour, values in ((deborah_colour, [0, 1, 5, 62]), (fraction_colour, [0.002, 0.01])):
-        together = colour(values)
-        assert len(np.unique(together, axis=0)) == len(values)
-        for value, own in zip(values, together, strict=True):
-            assert colour(value).tolist() == own.tolist()
+STUDIED = {  # values of studies, apart in colour and marker
+    "deborah": [0, 1, 2, 5, 10, 31, 62],
+    "fraction": [0.001, 0.002, 0.004, 0.006, 0.01, 0.015],
+    "confinement": [0.1, 0.2, 0.3, 0.4],
+}
+
+
+@pytest.mark.parametrize("name", STUDIED)
+def test_colours_and_markers_are_those_of_the_numbers_not_of_their_place_in_a_list(name):
+    values = STUDIED[name]
+    colour, look = (getattr(style, f"{name}_{end}") for end in ("colour", "look"))
+    together = colour(values)
+    looks = [look(value) for value in values]
+    for own, one in zip(together, looks, strict=True):
+        assert one["color"].tolist() == own.tolist()
+    assert len(np.unique(together, axis=0)) == len({one["marker"] for one in looks}) == len(values)
+
+
+def test_quantities_have_families_of_colours_of_their_own():
+    colours = [getattr(style, f"{name}_colour")(values) for name, values in STUDIED.items()]
+    every = np.concatenate([*colours, style.station_colour([0, 0.5, 1])])
+    apart = np.abs(every[:, None] - every).max(-1) + np.eye(len(every))
+    assert apart.min() > 0.04
+    assert style.deborah_colour(0).tolist() == [0, 0, 0, 1]
 
 
 def test_figures_are_as_wide_as_a_column_or_a_page(table, train, field):

@@ -491,7 +491,7 @@ def test_strip_of_all_stations_shows_one_moment_to_scale(film):
         assert red == statistics.touching(z, BETA).tolist()
         start = float(drawn["window_start"][n])
         assert axes.get_aspect() == 1 and axes.get_xlim() == (start, start + VIEW)
-        assert f"$L/D$ = {STATIONS[n]:g}" in axes.get_ylabel()
+        assert f"$z$ = {STATIONS[n]:g} $D$" in axes.get_ylabel()
     bar = figure.axes[0].lines[-1].get_xdata()
     assert bar[1] - bar[0] == pytest.approx(0.5)  # 50 um of 100 um
 

@@ -1,10 +1,19 @@
-r"""How distances, signs and errors are drawn wherever velocities are.
+r"""What signs, distances, errors, limits and conditions look like and are called in all figures.
 
 A relative velocity is that of the sphere ahead minus that of the one behind: positive is repulsion
-(the gap opens, red), negative attraction (the gap closes, blue). Distances are drawn on 1 - 1/s,
-the coordinate of the interpolant from contact (0) to infinity (1), with ticks labelled by s. Holes
-of the table are crosses and are never painted over; nodes that are not accurate, by the estimate of
-their error, are open.
+(the gap opens, red), negative attraction (the gap closes, blue). Distances s, centre to centre, in
+d, are drawn on 1 - 1/s, the coordinate of the interpolant from contact (0) to infinity (1), with
+ticks labelled by s; their mean is <s>. Holes of the table are crosses and are never painted over;
+nodes that are not accurate, by the estimate of their error, are open. z is the position along the
+channel and L its length, both in D.
+
+| look | means |
+|---|---|
+| hatched | below the error: the sign is not known |
+| grey | closer than the distances of the table |
+| dotted area | unstable: equally spaced spheres drift apart |
+| dash-dotted line | CV up to which a train counts as ordered |
+| dashed line | length of the channel |
 """
 
 import math
@@ -14,10 +23,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.patches import Patch
+from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
-from viscotrain.drawing.style import GREY
+from viscotrain.drawing.style import GREY, PALE_GREY
 from viscotrain.table.attributes import ERRORS
 from viscotrain.table.memory import remark as memory_remark
 from viscotrain.trains.variables import rate_in_words, unequal
@@ -27,6 +36,19 @@ REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
 REPULSION_COLOUR, ATTRACTION_COLOUR = "#B2182B", "#2166AC"  # towards the ends of RdBu_r
 DISTANCE_TICKS = (1, 1.2, 1.5, 2, 3, 5, 10, math.inf)
 MARK = "\N{DAGGER}"  # of Deborah numbers with a remark
+BECAUSE = "stress lags behind the spheres"  # beyond the quasi-steady range
+INJECTIONS = {
+    "uniform": "random (uniform intervals)",
+    "poisson": "random (Poisson)",
+    "even": "equally spaced",
+}
+MEAN_SPACING = r"\langle s\rangle"
+POSITION = "position along the channel, $z$ [$D$]"
+BELOW_ERROR = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
+CLOSER_THAN_TABLE = {"facecolor": PALE_GREY, "linewidth": 0}
+UNSTABLE = {"facecolor": "white", "edgecolor": GREY, "hatch": "...", "linewidth": 0}
+ORDERED = {"color": "black", "lw": 0.8, "ls": "-."}  # threshold of the CV
+CHANNEL = {"color": "black", "lw": 0.8, "ls": "--"}  # its length
 FRACTION_AXES = {
     "volume_fraction": r"volume fraction in the channel, $\phi$ [%]",
     "feed_volume_fraction": r"volume fraction in the feed, $\phi_{feed}$ [%]",
@@ -75,18 +97,18 @@ def largest_error(layer: xr.Dataset) -> float:
     return float(np.abs(layer["check_error"]).max()) + np.nan_to_num(discretisation)
 
 
-def draw_lubrication(axes: Axes, smallest_distance: float, both: bool = True):
-    """Hatch distances below the table's, on the horizontal axis or on both."""
+def draw_closer_than_table(axes: Axes, smallest_distance: float, both: bool = True):
+    """Grey out distances below the table's, on the horizontal axis or on both."""
     edge = float(distance_coordinate(smallest_distance))
-    style = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
-    axes.axvspan(0, edge, **style)
+    axes.axvspan(0, edge, **CLOSER_THAN_TABLE)
     if both:
-        axes.fill_between([edge, 1], 0, edge, **style)
+        axes.fill_between([edge, 1], 0, edge, **CLOSER_THAN_TABLE)
 
 
-def lubrication_patch() -> Patch:
-    """What a legend shows for distances below those of the table."""
-    return Patch(facecolor="none", edgecolor=GREY, hatch="/////", linewidth=0)
+def draw_ordered(axes: Axes, variation: float) -> Line2D:
+    """The CV up to which a train counts as ordered, with its label for the legend."""
+    words = f"counts as ordered: CV \N{LESS-THAN OR EQUAL TO} {variation:g}"
+    return axes.axhline(variation, label=words, **ORDERED)
 
 
 def scientific(value: float) -> str:
@@ -103,8 +125,13 @@ def conditions(deborah: float, confinement: float, *, remark: str = "") -> str:
 def train_conditions(data: xr.Dataset) -> str:
     """The conditions of a train in words: of the flow, how much enters by which law, a remark."""
     flow = conditions(float(data["deborah"]), float(data["confinement"]))
-    below = [amounts(data), *filter(None, [memory_remark(data)])]
-    return f"{flow},  {data.attrs['injection']} injection{unequal(data)}\n" + "\n".join(below)
+    below = [amounts(data), *filter(None, [beyond(data)])]
+    return f"{flow},  {injection_in_words(data)}\n" + "\n".join(below)
+
+
+def injection_in_words(data: xr.Dataset) -> str:
+    """At which intervals spheres enter, and how much their diameters vary."""
+    return f"injection: {INJECTIONS[data.attrs['injection']]}{unequal(data)}"
 
 
 def with_sphere_rate(train: xr.Dataset, units: xr.Dataset | None) -> xr.Dataset:
@@ -133,9 +160,15 @@ def marked_deborah(deborah: float, remark: str) -> str:
     return f"De = {deborah:g}" + (f" {MARK}" if remark else "")
 
 
+def beyond(dataset: xr.Dataset) -> str:
+    """What to say if a condition is beyond the quasi-steady range, and why; else empty."""
+    words = memory_remark(dataset)
+    return words and f"{words}: {BECAUSE}"
+
+
 def remarks(dataset: xr.Dataset) -> list[str]:
-    """Of each Deborah number of a map: whether a condition is beyond the quasi-steady range."""
-    return [memory_remark(dataset.sel(deborah=De)) for De in dataset["deborah"].values]
+    """Of each Deborah number of a map or of a table: what `beyond` says."""
+    return [beyond(dataset.sel(deborah=De)) for De in dataset["deborah"].values]
 
 
 def mark_explained(remarks: Iterable[str]) -> str:

@@ -22,6 +22,8 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from viscotrain.drawing.conventions import (
     FRACTION_AXES,
+    MEAN_SPACING,
+    POSITION,
     mark_explained,
     marked_deborah,
     remarks,
@@ -31,11 +33,10 @@ from viscotrain.drawing.conventions import (
 from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import (
     BLUE,
-    MARKERS,
     PAGE,
     VERMILLION,
     Drawing,
-    deborah_colour,
+    deborah_look,
     styled,
 )
 from viscotrain.fluid.units import CENTIMETRES
@@ -66,10 +67,10 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
     handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for dashes in DASHES]
     labels = [words for _, _, words in laws]
     deborah, beyond = dataset["deborah"].values, remarks(dataset)
-    for n, (De, colour) in enumerate(zip(deborah, deborah_colour(deborah), strict=True)):
+    for n, De in enumerate(deborah):
         own = data[data["deborah"] == De]
         x = own["volume_fraction_percent"] * 1.03 ** (n - (len(deborah) - 1) / 2)
-        marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": "", "color": colour}
+        marker = deborah_look(De) | {"ls": ""}
         known = own["mean_spacing_d_halfwidth"].fillna(0) + own["mean_spacing_d_model_error"]
         left.errorbar(x, own["mean_spacing_d"], known, lw=0.8, capsize=2, **marker)
         scaled = own["volume_fraction_percent"] / 100 / beta**2
@@ -81,8 +82,8 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
         labels.append(
             rf"simulated, {marked_deborah(De, beyond[n])} ($\phi_{{feed}}$ = {ratio:.2f} $\phi$)"
         )
-    left.set(xscale="log", yscale="log", ylabel="mean spacing at the outlet, $s^*$ [$d$]")
-    right.set(xscale="log", ylabel=r"$s^* \phi/\beta^2$")
+    left.set(xscale="log", yscale="log", ylabel=f"mean spacing, ${MEAN_SPACING}$ [$d$]")
+    right.set(xscale="log", ylabel=rf"${MEAN_SPACING}\,\phi/\beta^2$")
     right.margins(y=0.3)
     for axes in (left, right):
         axes.set(xlabel=FRACTION_AXES["volume_fraction"], xlim=(line[0], line[-1]))
@@ -92,7 +93,8 @@ def spacing_law(dataset: xr.Dataset) -> Drawing:
     left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     left.yaxis.set_minor_formatter(FuncFormatter(_one_digit))
     left.set_title(
-        rf"consistency check: $s^* \phi$ = $\phi_{{mp}} \beta^2$,  $d/D$ = {beta:g}", loc="left"
+        rf"consistency check: ${MEAN_SPACING}\,\phi$ = $\phi_{{mp}} \beta^2$,  $d/D$ = {beta:g}",
+        loc="left",
     )
     right.set_title("the same, scaled (bars: sampling plus model error)", loc="left")
     if words := mark_explained(beyond):
@@ -168,7 +170,7 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
         axes.spines[["top", "bottom"]].set_linewidth(1.2)
         axes.xaxis.set_major_locator(MaxNLocator(6))
         axes.set_ylabel(
-            f"$L/D$ = {station:g}\n{CENTIMETRES * diameter * station:.3g} cm",
+            f"$z$ = {station:g} $D$\n{CENTIMETRES * diameter * station:.3g} cm",
             rotation=0,
             ha="right",
             va="center",
@@ -178,14 +180,14 @@ def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
     panels[0].plot([low, low + length], [0.62, 0.62], color="black", lw=2.5, clip_on=False)
     panels[0].text(low + length + 0.01 * view, 0.62, name, va="center")
     panels[0].text(1, 1.05, r"flow $\longrightarrow$", ha="right", transform=panels[0].transAxes)
-    panels[-1].set_xlabel("position along the channel, $z$ [$D$]")
+    panels[-1].set_xlabel(POSITION)
     words = train_conditions(with_sphere_rate(data, units))
     figure.suptitle(f"{words},  all stations at the same moment")
     marks = [
         (Line2D([], [], ls="", marker="o", color=BLUE, ms=5), "sphere"),
         (
             Line2D([], [], ls="", marker="o", color=VERMILLION, ms=5),
-            f"touching ($s^*$ < {TOUCHING:g})",
+            f"touching ($s$ < {TOUCHING:g})",
         ),
         (Line2D([], [], ls="", marker="^", color="black", ms=5), "station"),
     ]

@@ -25,12 +25,15 @@ from numpy.typing import NDArray
 
 from viscotrain.drawing.conventions import (
     FRACTION_AXES,
+    POSITION,
+    UNSTABLE,
+    draw_ordered,
+    injection_in_words,
     mark_explained,
     marked_deborah,
     remarks,
 )
 from viscotrain.drawing.style import (
-    GREY,
     PAGE,
     PALE_GREY,
     SMALL,
@@ -41,7 +44,7 @@ from viscotrain.drawing.style import (
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table.memory import remark
 from viscotrain.trains import design_map
-from viscotrain.trains.variables import rate_in_words, unequal, with_errors
+from viscotrain.trains.variables import rate_in_words, with_errors
 
 ORDERING = "BrBG_r"  # of log10(l/L), white at 0
 DECADES = 1.0  # of l/L to both sides of 1
@@ -93,8 +96,7 @@ def draw_design_map(dataset: xr.Dataset, found: xr.Dataset) -> Drawing:
         f"$d/D$ = {float(dataset['confinement']):g},  "
         f"$D$ = {MICROMETRES * float(dataset['channel_diameter']):g} \N{MICRO SIGN}m,  "
         f"channel of {length:g} $D$ = {float(dataset['length'][-1]):.3g} cm,  "
-        f"{dataset.attrs['injection']} injection{unequal(dataset)}"
-        + mark_explained(remarks(dataset)),
+        f"{injection_in_words(dataset)}" + mark_explained(remarks(dataset)),
         fontsize=matplotlib.rcParams["axes.titlesize"],
     )
     return Drawing(figure, design_map.table(dataset))
@@ -114,8 +116,7 @@ def _draw_map(axes: Axes, dataset: xr.Dataset, found: xr.Dataset):
         bottom, top = row - BAND / 2, row + BAND / 2
         colours = np.ma.masked_where(~stable, np.minimum(share[row], 2 * DECADES))
         drawn = axes.pcolormesh(_edges(phi), [bottom, top], colours[None], rasterized=True, **look)
-        hatched = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
-        axes.fill_between(_edges(phi), bottom, top, where=_beside(~stable), step="post", **hatched)
+        axes.fill_between(_edges(phi), bottom, top, where=_beside(~stable), step="post", **UNSTABLE)
         _draw_conditions(axes, dataset.sel(deborah=De), row)
     bar = axes.figure.colorbar(drawn, ax=axes, extend="both", pad=0.01, aspect=16)
     ticks = LENGTH_TICKS if dataset.sizes["deborah"] > 2 else LENGTH_TICKS[::3]
@@ -123,7 +124,7 @@ def _draw_map(axes: Axes, dataset: xr.Dataset, found: xr.Dataset):
     bar.minorticks_off()
     bar.set_label("$l/L$")
     axes.set_title(
-        "ordering length over that of the channel, $l/L$ (hatched: unstable); "
+        "ordering length over that of the channel, $l/L$ (dotted: unstable); "
         "numbers: CV at the outlet, simulated",
         loc="left",
         pad=4,
@@ -289,12 +290,12 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
             if column == 0:
                 axes.set_ylabel(label)
             axes.yaxis.set_major_locator(MaxNLocator(4))
-        panels[0, column].axhline(float(dataset["ordered_variation"]), color=GREY, lw=0.8, ls="--")
+        line = draw_ordered(panels[0, column], float(dataset["ordered_variation"]))
         title = marked_deborah(De, remark(dataset.sel(deborah=De)))
         panels[0, column].set_title(title, loc="left", pad=4)
         bottom = panels[-1, column]
         bottom.set_xlim(z[0], z[-1])
-        bottom.set_xlabel("length, $L$ [$D$]")
+        bottom.set_xlabel(POSITION)
         bottom.xaxis.set_major_locator(MaxNLocator(4))
     for axes in panels[:, 0]:  # rows share their axes
         axes.set_ylim(bottom=0)
@@ -303,6 +304,6 @@ def _draw_curves(figure, panels: NDArray, dataset: xr.Dataset):
     handles = [Line2D([], [], color=colour) for colour in colours]
     symbol = r"\phi" if given == "volume_fraction" else r"\phi_{feed}"
     labels = [f"${symbol}$ = {100 * value:g} %" for value in phi]
-    handles.append(Line2D([], [], color=GREY, lw=0.8, ls="--"))
-    labels.append("ordered below")
+    handles.append(line)
+    labels.append(str(line.get_label()))
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 7))

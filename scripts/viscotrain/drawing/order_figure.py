@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from viscotrain.drawing.style import GREY, MARKERS, PAGE, Drawing, deborah_colour, styled
+from viscotrain.drawing.conventions import CHANNEL
+from viscotrain.drawing.style import GREY, PAGE, Drawing, deborah_look, styled
 from viscotrain.fluid.units import CENTIMETRES
 from viscotrain.trains.order import remaining_variation
 
@@ -39,9 +40,8 @@ def draw_order(
     figure.get_layout_engine().set(wspace=0.06)
     left, right = figure.subplots(1, 2)
     deborah = [De for De in found["deborah"].values if De > 0]
-    colours = deborah_colour(deborah)
-    for n, (De, colour) in enumerate(zip(deborah, colours, strict=True)):
-        _draw_one(left, right, data.sel(deborah=De), n, colour)
+    for n, De in enumerate(deborah):
+        _draw_one(left, right, data.sel(deborah=De), n)
     _finish_left(left, data, length, float(units["channel_diameter"]))
     right.set(ylim=(0, MOST_SCATTER), ylabel=f"CV at {length:g} $D$ over CV at the inlet")
     right.axhline(1, color=GREY, lw=0.6)
@@ -57,9 +57,11 @@ def draw_order(
     return Drawing(figure, data)
 
 
-def _draw_one(left: Axes, right: Axes, own: xr.Dataset, n: int, colour):
+def _draw_one(left: Axes, right: Axes, own: xr.Dataset, n: int):
     """Curves and symbols of one Deborah number, the n-th."""
     phi, De = 100 * own["volume_fraction"], float(own["deborah"])
+    look = deborah_look(De)
+    colour = look["color"]
     stable = own["stability"] >= 0
     left.plot(phi, own["ordering_length"].where(stable), color=colour, label=f"De = {De:g}")
     bar = {"transform": left.get_xaxis_transform(), "solid_capstyle": "butt"}
@@ -68,7 +70,7 @@ def _draw_one(left: Axes, right: Axes, own: xr.Dataset, n: int, colour):
     right.plot(phi, own["remaining_variation"].where(~stable), color=colour, ls=":", lw=0.8)
     if "simulated_volume_fraction" not in own:
         return
-    style = {"color": colour, "marker": MARKERS[n % len(MARKERS)], "ms": 4, "ls": ""}
+    style = look | {"ls": ""}
     at, known = 100 * own["simulated_volume_fraction"], own["simulated_variation"].notnull()
     right.plot(at[known], own["simulated_variation"][known], **style)
     length = own["ordering_length"].where(stable)[::-1]
@@ -82,7 +84,7 @@ def _finish_left(axes: Axes, data: xr.Dataset, length: float, diameter: float):
     finite = lengths.values[np.isfinite(lengths)]
     low = min(finite.min(initial=length), length)
     axes.set(yscale="log", ylim=(SHORTEST * low, LONGEST * length))
-    axes.axhline(length, color="black", lw=0.8, ls="--", label=f"channel, {length:g} $D$")
+    axes.axhline(length, **CHANNEL, label=f"channel, {length:g} $D$")
     axes.set_ylabel("ordering length, $l$ [$D$]")
     centimetres = diameter * CENTIMETRES
     other = axes.secondary_yaxis(

@@ -14,17 +14,17 @@ from viscotrain.drawing.conventions import (
     all_distances,
     distance_axis,
     distance_coordinate,
-    draw_lubrication,
+    draw_closer_than_table,
     largest_error,
     mark_explained,
     marked_deborah,
     power_of_ten,
+    remarks,
     velocity_unit,
 )
-from viscotrain.drawing.style import COLUMN, MARKERS, Drawing, deborah_colour, styled
+from viscotrain.drawing.style import COLUMN, Drawing, deborah_look, styled
 from viscotrain.table import pairs
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.table.memory import remark
 from viscotrain.table.points import holes
 from viscotrain.words import INACCURATE, NEGLIGIBLE, has_solution
 
@@ -41,15 +41,15 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     power = power_of_ten(limit)
     figure = Figure(figsize=(COLUMN, 3.6), layout="constrained")
     axes = figure.add_subplot()
-    colours = deborah_colour(velocities.deborah)
-    beyond = [remark(table.sel(deborah=De), "pair_memory_number") for De in velocities.deborah]
-    for n, (De, colour) in enumerate(zip(velocities.deborah, colours, strict=True)):
+    beyond = remarks(table)
+    for n, De in enumerate(velocities.deborah):
         own = data[data["deborah"] == De].assign(
             x=lambda rows: distance_coordinate(rows["distance_d"]),
             y=lambda rows: rows["relative_velocity_Ubar"] / 10**power,
         )
         curve = own[own["kind"] == "interpolated"]
-        marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4, "color": colour}
+        marker = deborah_look(De)
+        colour = marker["color"]
         axes.plot(curve["x"], curve["y"], color=colour)
         tabulated = curve[curve["distance_d"] >= velocities.smallest_distance]
         error = largest_error(table.isel(deborah=n)) / 10**power
@@ -67,7 +67,7 @@ def pair_velocity(table: xr.Dataset, confinement: float) -> Drawing:
     axes.axhspan(0, high, color=REPULSION_COLOUR, alpha=0.06, lw=0)
     axes.axhspan(low, 0, color=ATTRACTION_COLOUR, alpha=0.06, lw=0)
     axes.axhline(0, color="black", lw=0.6)
-    draw_lubrication(axes, velocities.smallest_distance, both=False)
+    draw_closer_than_table(axes, velocities.smallest_distance, both=False)
     for height, vertical, words, colour in (
         (0.98, "top", REPULSION, REPULSION_COLOUR),
         (0.02, "bottom", ATTRACTION, ATTRACTION_COLOUR),

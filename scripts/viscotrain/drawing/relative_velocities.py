@@ -15,22 +15,23 @@ from numpy.typing import NDArray
 from viscotrain.drawing.conventions import (
     ATTRACTION,
     ATTRACTION_COLOUR,
+    BELOW_ERROR,
+    CLOSER_THAN_TABLE,
     REPULSION,
     REPULSION_COLOUR,
     SIGNED,
     all_distances,
+    beyond,
     conditions,
     distance_axis,
     distance_coordinate,
-    draw_lubrication,
+    draw_closer_than_table,
     largest_error,
-    lubrication_patch,
     power_of_ten,
     scientific,
     velocity_unit,
 )
-from viscotrain.drawing.style import GREY, PAGE, PALE_GREY, SMALL, VERMILLION, Drawing, styled
-from viscotrain.table import memory
+from viscotrain.drawing.style import GREY, PAGE, SMALL, VERMILLION, Drawing, styled
 from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.points import holes
@@ -70,7 +71,7 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
     figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)
     rows = figure.add_gridspec(2, 2, height_ratios=[0.12, 1.0])
-    words = conditions(deborah, confinement, remark=memory.remark(layer))
+    words = conditions(deborah, confinement, remark=beyond(layer))
     _draw_triplet(figure.add_subplot(rows[0, :]), words)
     panels = [figure.add_subplot(rows[1, n]) for n in range(2)]
     x = distance_coordinate(s)
@@ -84,7 +85,7 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
             _draw_uncertainty(axes, x, scaled, error / 10**power, closest)
             _draw_zero(axes, x, scaled)
             _draw_nodes(axes, sp, sf, simulated)
-        draw_lubrication(axes, velocities.smallest_distance)
+        draw_closer_than_table(axes, velocities.smallest_distance)
         _draw_holes(axes, missing)
         _draw_inaccurate(axes, rough)
         axes.set_title(
@@ -156,7 +157,7 @@ def _draw_uncertainty(axes: Axes, x: NDArray, values: NDArray, error: float, clo
     tabulated = np.maximum(np.arange(x.size), np.searchsorted(x, closest))
     values = values[np.ix_(tabulated, tabulated)]
     if error > 0 and np.abs(values).min() < error:
-        axes.contourf(x, x, values.T, [-error, error], colors=[PALE_GREY])
+        axes.contourf(x, x, values.T, [-error, error], colors="none", hatches=["////"])
 
 
 def _inaccurate_nodes(layer: xr.Dataset, missing: Iterable) -> list[tuple[float, float]]:
@@ -205,7 +206,7 @@ def _draw_inaccurate(axes: Axes, nodes: Iterable[tuple[float, float]]):
 def _legend_below(
     figure: Figure, missing: bool, crosses: bool, error: float | None, inaccurate: bool
 ):
-    entries = [(lubrication_patch(), "closer than the table: lubrication")]
+    entries = [(Patch(**CLOSER_THAN_TABLE), "closer than the table")]
     if missing:
         node = Line2D([], [], ls="", marker="o", mfc="white", mec="black", ms=6, mew=0.5)
         hole = Line2D([], [], ls="", marker="x", color=VERMILLION, ms=6, mew=1.8)
@@ -220,7 +221,7 @@ def _legend_below(
         entries.append((Line2D([], [], color="black", lw=1.0), "no relative motion"))
     if error is not None and error > 0:
         words = f"below the error, {scientific(error)} $\\bar{{U}}$"
-        entries.append((Patch(facecolor=PALE_GREY), words))
+        entries.append((Patch(**BELOW_ERROR), words))
     handles, labels = zip(*entries, strict=True)
     figure.legend(
         handles, labels, loc="outside lower center", ncols=len(entries), columnspacing=1.5

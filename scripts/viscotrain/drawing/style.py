@@ -1,13 +1,19 @@
 """The style of all figures: fonts, widths, colours, and what a drawing is.
 
-Colours are safe for the colour-blind: a Deborah number has the same one of viridis and a volume
-fraction the same one of plasma in every figure; RdBu_r where signs count, Okabe and Ito for lines.
+A Deborah number, a volume fraction and a diameter have one colour and one marker each, functions
+of the value alone, so that they are the same in every figure of every study. Each quantity has a
+family of colours: De viridis (0 is black), phi from yellow to brown, d/D from pink to purple,
+positions along the channel greys. Markers change with every octave of De, every sixth of a decade
+of phi and every 0.05 of d/D.
+
+RdBu_r where signs count, Okabe and Ito for lines that are none of these.
 Figures are made without pyplot, so that importing this room changes no backend or setting.
 """
 
 import functools
+import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -42,8 +48,30 @@ COLUMN, PAGE = 90 / 25.4, 180 / 25.4  # widths of figures in inches, as papers p
 SMALL = 7  # size of text in a figure, as that of ticks and legends
 BLUE, VERMILLION, GREY, PALE_GREY = "#0072B2", "#D55E00", "#777777", "#CCCCCC"  # Okabe and Ito
 MARKERS = "osD^vP*X"
-DARKEST_TO_BRIGHTEST_DEBORAH = 100.0  # from 0; larger ones have the colour of this one
-FRACTIONS = 1e-3, 5e-2  # volume fractions of the first and of the last colour
+NO_ELASTICITY = "h"  # the marker of De = 0
+MARKER_SIZE = 4  # points
+
+
+class Family(NamedTuple):
+    """Colours of a quantity: a piece of a colour map for values between two, on log axes."""
+
+    name: str
+    begin: float
+    end: float
+    low: float
+    high: float
+
+    def __call__(self, value: ArrayLike) -> NDArray:
+        """Colours of positive values, those beyond the range as at its ends; shape (..., 4)."""
+        of_range = np.log(np.asarray(value, dtype=float) / self.low)
+        place = np.clip(of_range / np.log(self.high / self.low), 0, 1)
+        colours = matplotlib.colormaps[self.name]
+        return np.asarray(colours(self.begin + (self.end - self.begin) * place))
+
+
+elastic_colour = Family("viridis", 0.08, 0.93, 0.2, 100.0)  # of De > 0
+fraction_colour = Family("afmhot_r", 0.2, 0.82, 5e-4, 5e-2)  # of a volume fraction
+confinement_colour = Family("RdPu", 0.35, 1.0, 0.05, 0.5)  # of d/D
 
 
 class Drawing(NamedTuple):
@@ -53,22 +81,44 @@ class Drawing(NamedTuple):
     data: xr.Dataset | pd.DataFrame
 
 
-def colours_of(count: int) -> NDArray:
-    """A colour for each of so many things that are neither; shape (count, 4)."""
-    return matplotlib.colormaps["viridis"](np.linspace(0, 0.85, count))
-
-
 def deborah_colour(deborah: ArrayLike) -> NDArray:
     """The colour of a Deborah number, the same in every figure; shape (..., 4)."""
-    place = np.log1p(np.asarray(deborah, dtype=float)) / np.log1p(DARKEST_TO_BRIGHTEST_DEBORAH)
-    return np.asarray(matplotlib.colormaps["viridis"](np.clip(place, 0, 1) * 0.9))
+    De = np.asarray(deborah, dtype=float)
+    colours = elastic_colour(np.maximum(De, elastic_colour.low))
+    return np.where(De[..., None] > 0, colours, (0.0, 0.0, 0.0, 1.0))
 
 
-def fraction_colour(volume_fraction: ArrayLike) -> NDArray:
-    """The colour of a volume fraction, the same in every figure; shape (..., 4)."""
-    low, high = np.log(FRACTIONS)
-    place = (np.log(np.asarray(volume_fraction, dtype=float)) - low) / (high - low)
-    return np.asarray(matplotlib.colormaps["plasma"](np.clip(place, 0, 1) * 0.9))
+def colours_of(count: int) -> NDArray:
+    """A colour for each of so many things that have none of their own; shape (count, 4)."""
+    return matplotlib.colormaps["cividis"](np.linspace(0, 0.85, count))
+
+
+def station_colour(share: ArrayLike) -> NDArray:
+    """The colour of a position z/L along the channel, 0 to 1; shape (..., 4)."""
+    return np.asarray(matplotlib.colormaps["Greys"](0.3 + 0.6 * np.asarray(share, dtype=float)))
+
+
+def deborah_look(deborah: float) -> dict[str, Any]:
+    """Colour and marker of a Deborah number, as matplotlib's plot takes them."""
+    marker = _marker(math.log2(deborah)) if deborah > 0 else NO_ELASTICITY
+    return {"color": deborah_colour(deborah), "marker": marker, "ms": MARKER_SIZE}
+
+
+def fraction_look(volume_fraction: float) -> dict[str, Any]:
+    """Colour and marker of a volume fraction."""
+    marker = _marker(6 * math.log10(volume_fraction / 1e-3))
+    return {"color": fraction_colour(volume_fraction), "marker": marker, "ms": MARKER_SIZE}
+
+
+def confinement_look(confinement: float) -> dict[str, Any]:
+    """Colour and marker of a diameter d/D."""
+    marker = _marker(confinement / 0.05)
+    return {"color": confinement_colour(confinement), "marker": marker, "ms": MARKER_SIZE}
+
+
+def _marker(place: float) -> str:
+    """One of the markers, in turn."""
+    return MARKERS[round(place) % len(MARKERS)]
 
 
 def styled(function: Callable) -> Callable:
