@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from viscotrain.drawing.conventions import FRACTION_AXES
+from viscotrain.drawing.conventions import CHANNEL, FRACTION_AXES
 from viscotrain.drawing.style import (
     GREY,
     PAGE,
@@ -171,7 +171,7 @@ def draw_lengths(found: xr.Dataset, length: float) -> Drawing:
     if finite.size:
         guide = finite.min() * (beta / beta[-1]) ** -EXPECTED
         left.plot(beta, guide, color=GREY, lw=0.8, label=f"as $(d/D)^{{-{EXPECTED:g}}}$")
-    left.axhline(length, **_channel(length))
+    left.axhline(length, **CHANNEL, label=f"channel, {length:g} $D$")
     left.set(yscale="log", ylabel="shortest ordering length, $l$ [$D$]")
     right.set(yscale="log", ylabel=r"volume fraction of that train, $\phi$ [%]")
     low, high = right.get_ylim()
@@ -185,11 +185,6 @@ def draw_lengths(found: xr.Dataset, length: float) -> Drawing:
         axes.xaxis.set_minor_formatter(NullFormatter())
     left.legend()
     return Drawing(figure, own.to_dataframe().reset_index())
-
-
-def _channel(length: float) -> dict:
-    """How the length of the channel is drawn."""
-    return {"color": "black", "lw": 0.8, "ls": "--", "label": f"channel, {length:g} $D$"}
 
 
 @styled
@@ -209,7 +204,7 @@ def draw_orders(found: Sequence[xr.Dataset], length: float) -> Drawing:
             stable = own["ordering_length_D"].where(own["stability"] >= 0)
             axes.plot(phi, stable, **look | {"markevery": 12}, label=_label(own))
             _draw_unstable(axes, own, length, 1.03 + STRIP * (len(parts) - 1 - n), look["color"])
-        axes.axhline(length, **_channel(length))
+        axes.axhline(length, **CHANNEL, label=f"channel, {length:g} $D$")
         finite = table["ordering_length_D"].where(table["stability"] >= 0)
         lowest = finite[np.isfinite(finite)].min()
         axes.set(yscale="log", ylim=(min(lowest, length) / 2, LONGEST * length))

@@ -42,6 +42,8 @@ INJECTIONS = {
     "poisson": "random (Poisson)",
     "even": "equally spaced",
 }
+ORDERING = "GnBu_r"  # colours of the ordering length over that of the channel: dark is short
+ORDERING_LIMITS, ORDERING_TICKS = (0.1, 30), (0.1, 0.3, 1, 3, 10, 30)
 MEAN_SPACING = r"\langle s\rangle"
 POSITION = "position along the channel, $z$ [$D$]"
 BELOW_ERROR = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0}

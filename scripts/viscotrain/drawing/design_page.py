@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from viscotrain.drawing.conventions import draw_ordered
 from viscotrain.drawing.style import MARKER_SIZE, PAGE, SMALL, Drawing, deborah_look, styled
 from viscotrain.trains.design import NO, PARTLY_YES, YES
 from viscotrain.trains.design_answer import VERDICTS, Answer, Device
@@ -134,8 +135,7 @@ def draw_design(found: pd.DataFrame, device: Device) -> Drawing:
         axes.annotate("best", (best["spacing_d"], best[name]), **place, **box)
         axes.set(xlabel="mean distance of neighbours at the outlet [$d$]")
         axes.margins(x=0.1)
-    threshold = device.wanted.ordered_variation
-    left.axhline(threshold, color="black", lw=0.6, label=f"counts as ordered: CV <= {threshold:g}")
+    draw_ordered(left, device.wanted.ordered_variation)
     left.set(ylabel="CV of the spacing at the outlet", ylim=(0, None))
     left.set_title("unevenness (dotted: by the linear law)", loc="left")
     right.set(ylabel="droplets with one bead [%]", ylim=(0, 100))
