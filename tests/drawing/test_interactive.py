@@ -611,7 +611,7 @@ def test_a_de_without_a_train_and_a_table_with_holes_are_said(browser, train, tm
     text = interactive.page(table, device(), [train], "test", found)
     page = Opened(browser, text, tmp_path / "page.html", "#deborah=0")
     assert "De = 1 (1)" in page.text("#missing")
-    assert "no train at De = 0 in this study; this one is at De = 1" in page.text("#other")
+    assert "No train in this study is at De = 0; this one is at De = 1." in page.text("#other")
     titles = page.tab.locator("h2").all_inner_texts()
     assert titles[0].startswith("Three spheres at De = 0:")
     assert titles[3:] == [
@@ -624,8 +624,24 @@ def test_a_de_without_a_train_and_a_table_with_holes_are_said(browser, train, tm
     ]
     page.tab.select_option("#deborah", "1")
     assert page.text("#other") == ""
-    page.tab.locator("#behind .nsewdrag").hover()
+    page.tab.locator("#behind .nsewdrag").click()
     page.until("document.getElementById('behind-value').textContent.includes('no interpolant')")
+    assert page.console == []
+
+
+@needs_chromium
+@pytest.mark.slow
+def test_the_train_is_that_of_the_de_that_is_chosen(browser, train, tmp_path):
+    trains = [at_deborah(train, De) for De in (0.0, 1.0)]
+    text = interactive.page(velocity_table(), device(), trains, "test")
+    page = Opened(browser, text, tmp_path / "page.html")
+    for De in ("1", "0"):
+        page.tab.select_option("#deborah", De)
+        assert page.tab.input_value("#train") == De
+        assert page.text("h2 >> nth=3") == f"A train at De = {De}"
+        assert page.text("#other") == ""
+    page.tab.select_option("#train", "1")
+    assert page.text("#other").startswith("Above, De = 0 is chosen; this one is at De = 1.")
     assert page.console == []
 
 
