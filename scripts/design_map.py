@@ -42,7 +42,7 @@ def main(
         velocities = open_table(table, flow if own.section.is_duct else None)
         found = design_map.ordering(combined, velocities, own.closure, own.section)
         drawings.save(spacing_law(combined), figures / "spacing_law", note=own.section.remark)
-        drawing = draw_design_map(combined, found)
+        drawing = draw_design_map(combined, found, velocities.dataset)
         drawings.save(drawing, figures / "design_map", note=own.section.remark)
 
 

@@ -42,7 +42,7 @@ def main(
         print(tolerance.of_condition(velocities, De, fraction, wanted, own.feed))
     if figure:
         trains = datasets.read(simulated) if simulated else None
-        drawing = draw_order(found, own.length, datasets.read(units), trains)
+        drawing = draw_order(found, own.length, datasets.read(units), velocities.dataset, trains)
         made_by = job.attributes("data of the figure order")
         drawings.save(drawing, figure / "order", made_by, note=own.section.remark)
 

@@ -140,7 +140,14 @@ def test_relative_velocities_show_the_interpolant_and_its_nodes(table):
     nodes = table["velocity"].sel(deborah=1.0).values
     np.testing.assert_array_equal(data["node_relative_velocity"], np.diff(nodes, axis=-1))
     words = texts(figure)
-    for word in ("$s_p$ [$d$]", "$s_f$ [$d$]", r"\bar{U}", "De = 1", "$d/D$ = 0.2", "no relative"):
+    for word in (
+        "$s_p$ [$d$]",
+        "$s_f$ [$d$]",
+        r"\bar{U}",
+        "De = 1",
+        "$d/D$ = 0.2",
+        "neither opens",
+    ):
         assert word in words
     for word in ("repulsion\ngap opens", "attraction\ngap closes", "below the error"):
         assert word in words
@@ -155,6 +162,23 @@ def test_colours_of_signed_velocities_are_centred_on_zero(table):
     (bar,) = (axes for axes in figure.axes if "relative velocity" in axes.get_ylabel())
     low, high = bar.get_ylim()
     assert low == pytest.approx(-high)
+
+
+def test_scales_name_both_ends_and_whose_they_are(table):
+    figure, _ = figures.relative_velocities(table, 1.0, BETA)
+    (bar,) = (axes for axes in figure.axes if "scale of De = 1" in axes.get_ylabel())
+    assert tuple(bar.get_yticks()[[0, -1]]) == bar.get_ylim()
+
+
+def test_a_line_between_both_signs_is_drawn_where_its_place_is_known(table):
+    """With an error of half the largest velocity no place is known, and there is no such line."""
+    words = "neither opens nor closes"
+    assert words in texts(figures.relative_velocities(table, 1.0, BETA).figure)
+    rough = table.copy(deep=True)
+    half = 0.5 * np.abs(np.diff(table["velocity"].sel(deborah=1.0).values, axis=-1)).max()
+    rough["check_error"][:] = half
+    figure = figures.relative_velocities(rough, 1.0, BETA).figure
+    assert words not in texts(figure) and "below the error" in texts(figure)
 
 
 def test_holes_are_crosses_and_nothing_is_drawn_in_between(table_with_holes):
@@ -206,6 +230,21 @@ def test_pair_velocity_has_bands_of_the_interpolation_error(table):
         assert band.x0 >= conventions.distance_coordinate(min(DEMO_NODES)) - 1e-12
     exact = table.drop_vars([name for name in table.variables if name.startswith("check")])
     assert not figures.pair_velocity(exact, BETA).figure.axes[0].collections
+
+
+def test_small_velocities_of_pairs_are_drawn_again_larger(table):
+    """Ten times slower at De = 0 than at De = 1: else one panel with all of them."""
+    (axes,) = figures.pair_velocity(table, BETA).figure.axes
+    slow = table.copy(deep=True)
+    slow["pair_velocity"].loc[{"deborah": 0.0}] = 0.1 * table["pair_velocity"].sel(deborah=1.0)
+    slow["velocity"].loc[{"deborah": 0.0}] = 0.1 * table["velocity"].sel(deborah=1.0)
+    figure = figures.pair_velocity(slow, BETA).figure
+    every, again = figure.axes
+    assert again.get_title("left") == "the same, enlarged: De = 0"
+    assert [len(own.lines) for own in (axes, every, again)] == [5, 5, 3]  # curves, nodes, zero
+    assert every.get_xlim() == again.get_xlim() == (0, 1)
+    figure.draw_without_rendering()
+    assert min(own.bbox.height for own in figure.axes) > 0.25 * figure.bbox.height
 
 
 def test_nodes_that_are_not_accurate_are_open_and_widen_the_band(table):

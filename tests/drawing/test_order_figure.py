@@ -42,17 +42,27 @@ def simulated():
             "spacing_variation": (
                 ("deborah", "volume_fraction", "station"),
                 [[[0.5, 0.4], [0.5, 0.6]]],
-            )
+            ),
+            "diameter_variation": 0.0,
         },
         coords={"deborah": [5.0], "volume_fraction": [0.006, 0.01], "station": [0.0, LENGTH]},
+        attrs={"injection": "poisson"},
     )
 
 
+TABLE = xr.Dataset({"memory_number": ("deborah", [0.0, 0.2])}, {"deborah": [0.0, 5.0]})
+
+
+def draw(trains=None):
+    """Figure, its data, and the panels of bars, lengths and ratios."""
+    figure, data = draw_order(found(), LENGTH, UNITS, TABLE, trains)
+    bars, _, left, right = figure.axes[:4]
+    return figure, data, bars, left, right
+
+
 def test_curves_and_points_are_those_of_the_data():
-    figure, data = draw_order(found(), LENGTH, UNITS, simulated())
-    left, right = figure.axes[:2]
+    _, data, _, left, right = draw(simulated())
     curve = left.lines[0]
-    assert curve.get_label() == "De = 5"
     np.testing.assert_allclose(curve.get_xdata(), 100 * 2 / 3 * 0.04 / SPACING)
     np.testing.assert_allclose(curve.get_ydata(), [np.nan, 400, 4000])
     np.testing.assert_allclose(
@@ -61,19 +71,38 @@ def test_curves_and_points_are_those_of_the_data():
     points = next(line for line in right.lines if line.get_marker() not in ("None", ""))
     np.testing.assert_allclose(points.get_xdata(), [0.6, 1.0])
     np.testing.assert_allclose(points.get_ydata(), [0.8, 1.2])
-    channel = next(line for line in left.lines if "channel" in str(line.get_label()))
-    assert set(channel.get_ydata()) == {LENGTH}
+    assert set(left.lines[-1].get_ydata()) == {LENGTH}  # the channel
+
+
+def test_both_panels_hold_all_simulated_trains():
+    """CV may more than double, at a volume fraction beyond those of the theory."""
+    far = simulated().assign_coords(volume_fraction=[0.001, 0.03])
+    far["spacing_variation"][0, 1, 1] = 1.3
+    _, _, _, left, right = draw(far)
+    assert left.get_xlim() == right.get_xlim()
+    low, high = right.get_xlim()
+    assert low < 0.1 and high > 3 and right.get_ylim()[1] > 2.6
 
 
 def test_unstable_trains_are_marked_and_a_reversible_flow_is_not_drawn():
-    left = draw_order(found(), LENGTH, UNITS).figure.axes[0]
-    bar = left.lines[1]
+    figure, _, bars, left, _ = draw()
+    (bar,) = bars.lines
     assert np.isfinite(bar.get_ydata()).tolist() == [True, False, False]
-    assert not any("De = 0" in str(line.get_label()) for line in left.lines)
+    assert len(left.lines) == 2  # De = 5 and the channel
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names[0] == "De = 5 \N{DAGGER}" and "channel, $L$ = 800 $D$" in names
+
+
+def test_what_is_not_known_is_neither_stable_nor_unstable():
+    lost = found()
+    lost["stability"] = lost["stability"].where(lost["deborah"] < 5)
+    lost["ordering_length"] = lost["ordering_length"].where(lost["deborah"] < 5)
+    bars = draw_order(lost, LENGTH, UNITS, TABLE).figure.axes[0]
+    assert np.isnan(bars.lines[0].get_ydata()).all()
 
 
 def test_lengths_stand_in_centimetres_too():
-    left = draw_order(found(), LENGTH, UNITS).figure.axes[0]
+    left = draw()[3]
     (other,) = left.child_axes
     forward, _ = other._functions
     assert forward(LENGTH) == pytest.approx(8.0)

@@ -727,10 +727,22 @@ def test_figure_shows_model_and_data(tmp_path):
         own = points[points["quantity"] == quantity]["abscissa_per_second"]
         assert x[0] < own.min() < own.max() < x[-1]
     found = texts(drawing)
-    for words in ("angular frequency [rad/s]", "shear rate [1/s]", "viscosity [Pa s]", "measured"):
+    for words in (
+        "angular frequency [rad/s]",
+        "shear rate [1/s]",
+        r"viscosity, $\eta$ [Pa s]",
+        "measured",
+    ):
         assert words in found
     assert "De = 5" in found
-    assert "Weissenberg" in found
+    assert "Weissenberg" in found and "two-mode Giesekus fluid" in found
+    entries = [text.get_text() for text in drawing.figure.legends[0].get_texts()]
+    assert entries == [
+        "storage modulus $G'$",
+        "loss modulus $G''$",
+        "covered by the flow",
+        "at the wall",
+    ]
     oscillation, shear, normal = drawing.figure.axes
     drawn = {line.get_label(): line for line in oscillation.lines[::2]}  # lines, then symbols
     storage = shown[(shown["quantity"] == "storage_modulus") & (shown["kind"] == "model")]
@@ -767,6 +779,7 @@ def test_figure_of_a_newtonian_fluid_has_no_elasticity():
     drawing = rheology(Fluid(0.5))
     assert set(drawing.data["quantity"]) == {"loss_modulus", "viscosity"}
     assert "measured" not in texts(drawing)
+    assert "Newtonian fluid" in texts(drawing)
     assert len(drawing.figure.axes) == 2
     eta = drawing.data.loc[drawing.data["quantity"] == "viscosity", "value"]
     assert eta.to_numpy() == pytest.approx(np.full(len(eta), 0.5))

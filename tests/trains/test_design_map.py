@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from harness import CONFIG, FINISHED_TABLE, ROOT, output, run_script
-from matplotlib.collections import QuadMesh
-from matplotlib.patches import Rectangle
+from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.text import Text
 from synthetic import triplet
 
@@ -150,7 +149,7 @@ def test_a_map_of_the_feed_has_its_own_axis():
     np.testing.assert_allclose(phi, [0.005, 0.0055])
     rows = design_map.table(own)
     assert rows["feed_volume_fraction_percent"].round(6).unique().tolist() == [0.9, 1.0]
-    figure, _ = draw_design_map(own, found_for(own))
+    figure, _ = drawn(own)
     assert any("in the feed" in word for word in words_of(figure))
     law = figures.draw("spacing_law", own, 0.2).data
     np.testing.assert_allclose(
@@ -167,11 +166,6 @@ def test_conditions_whose_gaps_change_too_fast_are_named(hand_made):
     assert set(rows.loc[(5.0, 1.0), "memory_number"]) == {0.11}
     slow = hand_made.assign(memory_number=hand_made["memory_number"] / 2)
     assert "quasi-steady" not in design_map.headline(slow)[-1]
-    for draw in (design_figures.spacing_law, lambda own: draw_design_map(own, found_for(own))):
-        words = every_word(draw(hand_made).figure)
-        assert "De = 5 \N{DAGGER}" in words and "De = 1 \N{DAGGER}" not in words
-        assert "\N{DAGGER} beyond the quasi-steady range" in words
-        assert "\N{DAGGER}" not in every_word(draw(slow).figure)
 
 
 def test_spheres_per_second(hand_made):
@@ -274,70 +268,104 @@ def words_of(figure):
     return found
 
 
+def drawn(dataset, found=None, beyond=()):
+    """The figure; the table is beyond the quasi-steady range at these Deborah numbers."""
+    De = dataset["deborah"].values
+    memory = xr.Dataset({"memory_number": ("deborah", np.isin(De, beyond) + 0.0)}, {"deborah": De})
+    return draw_design_map(dataset, found_for(dataset) if found is None else found, memory)
+
+
+def numbers_on(axes):
+    return {
+        (round(x, 6), math.floor(y)): text.get_text()
+        for text in axes.texts
+        for x, y in [text.get_position()]
+    }
+
+
 def test_design_map_draws_only_conditions_that_were_simulated(hand_made):
-    figure, data = draw_design_map(hand_made, found_for(hand_made))
+    """CV at the inlet and at the outlet below the band; all that is not drawn is in the data."""
+    figure, data = drawn(hand_made)
     pd.testing.assert_frame_equal(data, design_map.table(hand_made))
+    inlet = hand_made["spacing_variation"].isel(station=0)
+    expected = {
+        (0.6, 0): rf"{inlet[0, 0]:.2f}$\rightarrow$0.10",
+        (0.6, 1): rf"{inlet[1, 0]:.2f}$\rightarrow$0.75",
+        (1.0, 1): rf"{inlet[1, 1]:.2f}$\rightarrow$0.75" + "\N{DAGGER}",
+    }
+    assert numbers_on(figure.axes[0]) == expected  # De = 1, phi = 1 %: not simulated
+    bold = [text.get_text() for text in figure.axes[0].texts if text.get_weight() == "bold"]
+    assert bold == [expected[0.6, 0]]  # 0.3 counts as ordered
     words = words_of(figure)
-    variation = figure.axes[2]
-    cells = {text.get_position(): text.get_text() for text in variation.texts}
-    assert cells[0, 0].startswith("0.100") and cells[0, 1].startswith("0.750")
-    assert (1, 0) not in cells  # De = 1, phi = 1 %: not simulated
-    assert len([patch for patch in variation.patches if isinstance(patch, Rectangle)]) == 3
-    assert cells[0, 0] == "0.100\n\N{PLUS-MINUS SIGN}0\n\N{PLUS-MINUS SIGN}0"
-    entry = [text.get_text() for text in figure.axes[5].texts]
-    assert [words.split("\n")[0] for words in entry] == ["0.99 %", "0.99 %", "1.65 %"]
-    # CV = (1 - 1/4.44)/sqrt(3) and (1 - 1/2.67)/sqrt(3), less than 1 % lower by slow triplets
-    assert [words.split("\n")[2] for words in entry] == ["CV 0.44", "CV 0.44", "CV 0.35"]
-    assert all(words.split("\n")[1].endswith("/s") for words in entry)
-    for word in ("De = 5 \N{DAGGER}\n3.13 \N{MICRO SIGN}L/min\n2.4 bar", "0.6", "ordered below"):
+    for word in ("De = 5\n3.1 \N{MICRO SIGN}L/min, 2.4 bar", "0.6", "$z$ [$D$]"):
         assert word in words
+    assert "counts as ordered: CV \N{LESS-THAN OR EQUAL TO} 0.3" in words
     assert any("[%]" in word for word in words)
+
+
+def test_a_deborah_number_is_marked_by_the_table_and_else_its_own_conditions(hand_made):
+    """The train at De = 5, phi = 1 % alone is beyond the range: 0.11."""
+    words = every_word(drawn(hand_made, beyond=[5.0]).figure)
+    assert "De = 5 \N{DAGGER}" in words and "De = 1 \N{DAGGER}" not in words
+    assert "0.75\N{DAGGER}" not in words
+    assert "\N{DAGGER} beyond the quasi-steady range: stress lags behind the spheres" in words
+    words = every_word(drawn(hand_made).figure)
+    assert "De = 5 \N{DAGGER}" not in words and words.count("0.75\N{DAGGER}") == 1
+    slow = hand_made.assign(memory_number=hand_made["memory_number"] / 2)
+    assert "\N{DAGGER}" not in every_word(drawn(slow).figure)
 
 
 def test_the_map_shows_ordering_lengths_in_a_band_for_each_deborah_number(hand_made):
     """l/L = phi over 0.5 % of the channel's 200 D at De = 1, twice that at De = 5."""
     found = found_for(hand_made)
-    axes = draw_design_map(hand_made, found).figure.axes[0]
-    bands = [drawn for drawn in axes.collections if isinstance(drawn, QuadMesh)]
-    unstable = [drawn for drawn in axes.collections if drawn.get_hatch()]
-    assert len(bands) == len(unstable) == 2
+    axes = drawn(hand_made, found).figure.axes[0]
+    bands = [one for one in axes.collections if isinstance(one, QuadMesh)]
+    unstable = [one for one in axes.collections if one.get_hatch()]
+    lines = [one for one in axes.collections if isinstance(one, LineCollection)]
+    assert len(bands) == len(unstable) == len(lines) == 2
     phi = found["volume_fraction"].values
-    for n, (band, hatched) in enumerate(zip(bands, unstable, strict=True)):
+    for n, (band, hatched, line) in enumerate(zip(bands, unstable, lines, strict=True)):
         share = band.get_array().ravel()
         stable = phi <= UNSTABLE_FROM
         np.testing.assert_array_equal(np.ma.getmaskarray(share), ~stable)
-        np.testing.assert_allclose(10 ** share[stable], (n + 1) * phi[stable] / 0.005)
-        assert (band.norm.vmin, band.norm.vmax) == (-1, 1)  # l = L is in the middle, white
+        np.testing.assert_allclose(share[stable], (n + 1) * phi[stable] / 0.005)
         low, high = band.get_coordinates()[..., 1].min(), band.get_coordinates()[..., 1].max()
         assert n - 0.5 < low < n < high < n + 0.5  # nothing between two Deborah numbers
         edges = np.concatenate([path.vertices[:, 0] for path in hatched.get_paths()])
         between = np.sqrt(phi[stable].max() * phi[~stable].min())
         assert (edges.min(), edges.max()) == pytest.approx((100 * between, 100 * phi.max()))
-    conditions = {
-        (round(x, 6), y): text.get_text() for text in axes.texts for x, y in [text.get_position()]
-    }
-    assert conditions == {(0.6, 0): "0.10", (0.6, 1): "0.75", (1.0, 1): "0.75"}
+        (at,) = {x for path in line.get_paths() for x in path.vertices[:, 0]}
+        assert at == pytest.approx(0.5 / (n + 1), rel=np.log(phi[1] / phi[0]))  # l = L
+    colours = bands[0].get_cmap()
+    brightness = [np.dot(colours(bands[0].norm(share))[:3], (0.3, 0.6, 0.1)) for share in (0.2, 5)]
+    assert brightness[0] < brightness[1]  # dark: short
 
 
 def test_words_of_a_map_have_one_of_two_sizes_on_a_page(hand_made):
-    figure = draw_design_map(hand_made, found_for(hand_made)).figure
+    figure = drawn(hand_made).figure
     assert figure.get_figwidth() * 25.4 == pytest.approx(180)
     sizes = {item.get_fontsize() for item in figure.findobj(Text) if item.get_text()}
     assert sizes == {7.0, 8.0}
 
 
-def test_words_of_many_conditions_stay_in_their_cells():
-    """Eight fractions: statistics stand below each other, and words on the map alternate."""
+def test_a_map_of_six_deborah_numbers_fits_a_page(hand_made):
+    deborah = [1.0, 2.0, 5.0, 10.0, 31.0, 62.0]
+    many = hand_made.isel(deborah=[0, 1, 1, 1, 1, 1]).assign_coords(deborah=deborah)
+    figure = drawn(many).figure
+    assert figure.get_figheight() * 25.4 < 220
+    titles = [axes.get_title("left") for axes in figure.axes[2:]]
+    assert titles == [f"De = {De:g}" for De in deborah]
+
+
+def test_numbers_of_many_conditions_stand_beside_each_other():
+    """Eight fractions: only CV at the outlet, in turn above and below."""
     phi = np.linspace(0.004, 0.0047, 8)
     points = [point(De, own, [alternating(3, 5)] * 3) for De in (1.0, 5.0) for own in phi]
     own = design_map.combine(points, units=UNITS, flow=FLOW, ordered_variation=0.3)
-    figure = draw_design_map(own, found_for(own)).figure
-    figure.draw_without_rendering()
-    for axes in figure.axes[2:6]:
-        for text, cell in zip(axes.texts, axes.patches, strict=True):
-            assert text.get_window_extent().width < cell.get_window_extent().width
-    rows = [text.get_position()[1] for text in figure.axes[0].texts]
-    np.testing.assert_allclose(rows, np.repeat([0, 1], 8) + np.tile([0.2, -0.2], 8))
+    texts = drawn(own).figure.axes[0].texts
+    assert {text.get_text() for text in texts} == {"0.25"}
+    rows = np.array([text.get_position()[1] for text in texts])
+    assert (np.diff(rows)[::2] < 0).all() and rows.max() < 1.5
 
 
 def test_ordering_lengths_of_a_map_are_those_of_its_table(hand_made):
@@ -356,16 +384,16 @@ def test_ordering_lengths_of_a_map_are_those_of_its_table(hand_made):
     assert feed == pytest.approx(phi[120] * answer.velocity, rel=1e-12)
 
 
-def test_rows_of_curves_hold_all_of_them(hand_made):
-    """Also those that are higher in the second column than in the first, De = 5: CV 0.75."""
-    figure = draw_design_map(hand_made, found_for(hand_made)).figure
-    curves = figure.axes[6:]
-    assert len(curves) == 3 * 2
+def test_panels_of_curves_hold_all_of_them(hand_made):
+    """Also those that are higher in the second panel than in the first, De = 5: CV 0.75."""
+    figure = drawn(hand_made).figure
+    curves = figure.axes[2:]
+    assert len(curves) == 2
     for axes in curves:
         low, high = axes.get_ylim()
         assert low == 0
-        drawn = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines])
-        assert np.nanmax(drawn) <= high
+        values = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines])
+        assert np.nanmax(values) <= high
     assert curves[0].get_ylim()[1] > 0.75
 
 
@@ -376,13 +404,15 @@ def test_spacing_law_of_both_channels(hand_made):
     assert own["square_channel_d"] == pytest.approx(math.pi / 6 * 0.04 / 0.006)
     assert own["mean_spacing_d"] == pytest.approx(4.0)
     left, right = figure.axes[:2]
-    for line, share in zip(left.lines[:2], (2 / 3, math.pi / 6), strict=True):
-        phi, spacing = line.get_data()
-        np.testing.assert_allclose(np.array(spacing) * phi / 100, share * 0.04)
-    constants = [set(np.round(line.get_ydata(), 12)) for line in right.lines[:2]]
+    constants = [set(np.round(line.get_ydata(), 12)) for line in left.lines[:2]]
     assert constants == [{round(2 / 3, 12)}, {round(math.pi / 6, 12)}]
-    words = " ".join(words_of(figure))
-    assert "square channel" in words and "tube" in words and "De = 5" in words
+    drawn_at = next(line for line in left.lines[2:] if line.get_marker() != "|").get_ydata()
+    assert drawn_at[0] == pytest.approx(4.0 * 0.006 / 0.04)  # <s> phi/beta^2
+    feed = [float(line.get_ydata()[0]) for line in right.lines]
+    assert feed == pytest.approx([U_P, U_P])  # phi_feed/phi
+    words = every_word(figure)
+    for word in ("consistency check", "square channel", "tube", "De = 5", "not simulated"):
+        assert word in words
 
 
 def test_spacing_law_of_a_duct_is_its_own():
@@ -391,9 +421,9 @@ def test_spacing_law_of_a_duct_is_its_own():
     points = [point(De, 0.006, [alternating(3, 5)] * 3) for De in (1.0, 5.0)]
     own = {"units": UNITS, "flow": FLOW, "ordered_variation": 0.3}
     made = design_map.combine(points, section=section, **own)
-    drawn = figures.draw("spacing_law", made, 0.2)
-    assert drawn.data["duct_d"].iloc[0] == pytest.approx(math.pi / 12 * 0.04 / 0.006)
-    constants = [line.get_ydata()[0] for line in drawn.figure.axes[1].lines[:2]]
+    made_law = figures.draw("spacing_law", made, 0.2)
+    assert made_law.data["duct_d"].iloc[0] == pytest.approx(math.pi / 12 * 0.04 / 0.006)
+    constants = [line.get_ydata()[0] for line in made_law.figure.axes[0].lines[:2]]
     assert constants == pytest.approx([math.pi / 12, 2 / 3])
     assert design_map.headline(made)[-1] == section.remark
     assert "inscribed tube" in section.remark

@@ -113,6 +113,11 @@ def draw_ordered(axes: Axes, variation: float) -> Line2D:
     return axes.axhline(variation, label=words, **ORDERED)
 
 
+def in_digits(value: float, digits: int = 2) -> str:
+    """A number with so many significant digits, and never as a power of ten."""
+    return f"{float(f'{value:.{digits}g}'):.12g}"
+
+
 def scientific(value: float) -> str:
     """One digit times a power of ten."""
     digits, power = f"{value:.0e}".split("e")

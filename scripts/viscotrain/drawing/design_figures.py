@@ -1,13 +1,14 @@
 r"""Figures about spheres that are conserved and seen: the spacing law, views of all stations.
 
-**Spacing law.** One sphere per length s* d of an equally spaced train gives
+**Spacing law.** One sphere per length <s> d of an equally spaced train gives
 
-    s* phi = phi_mp beta^2,    phi_mp = 2/3 in a tube (beta = d/D),  pi/6 in a square channel
+    <s> phi = phi_mp beta^2,    phi_mp = 2/3 in a tube (beta = d/D),  pi/6 in a square channel
     (beta = d/H),
 
 the latter being the channel of the study's experiments. Simulated trains keep to it whether they
 order or not: spheres are conserved. So the figure checks that spheres are injected, moved and
-counted consistently; it says nothing about order.
+counted consistently; it says nothing about order. Beside it stands what it does not say: spheres on
+the axis are faster than the mean flow, so a suspension that is poured in needs more of them.
 """
 
 import math
@@ -15,18 +16,16 @@ import math
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from viscotrain.drawing.conventions import (
     FRACTION_AXES,
     MEAN_SPACING,
     POSITION,
-    mark_explained,
-    marked_deborah,
-    remarks,
     train_conditions,
     with_sphere_rate,
 )
@@ -34,6 +33,7 @@ from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import (
     BLUE,
     PAGE,
+    SMALL,
     VERMILLION,
     Drawing,
     deborah_look,
@@ -45,79 +45,80 @@ from viscotrain.trains.sizes import contact
 from viscotrain.trains.statistics import TOUCHING, touching
 
 TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
-DASHES = "-", "--"  # of the study's channel and of the other one
+STEP = 1.03  # between the symbols of two De at a volume fraction, which else hide each other
+BESIDE = 1.3  # beyond the volume fractions
 
 # ------------------------------------------------------------------------------------ spacing law
 
 
 @styled
 def spacing_law(dataset: xr.Dataset) -> Drawing:
-    """Consistency check: mean spacing at the outlet against that of as many equidistant spheres."""
+    """Consistency check: mean spacing at the outlet against that of as many equidistant spheres.
+
+    Beside it what must be poured in for a volume fraction in the channel.
+    """
     data = _law_data(dataset)
-    beta = float(dataset["confinement"])
-    figure = Figure(figsize=(PAGE, 3.1), layout="constrained")
+    figure = Figure(figsize=(PAGE, 2.3), layout="constrained")
     figure.get_layout_engine().set(wspace=0.06)
-    left, right = figure.subplots(1, 2)
-    phi = data["volume_fraction_percent"]
-    line = np.geomspace(phi.min() / 1.5, phi.max() * 1.5, 50)
-    laws = _laws(dataset)
-    for (share, _, _), dashes in zip(laws, DASHES, strict=True):
-        left.plot(line, 100 * share * beta**2 / line, color="black", ls=dashes, lw=0.9)
-        right.plot(line, np.full_like(line, share), color="black", ls=dashes, lw=0.9)
-    handles = [Line2D([], [], color="black", ls=dashes, lw=0.9) for dashes in DASHES]
-    labels = [words for _, _, words in laws]
-    deborah, beyond = dataset["deborah"].values, remarks(dataset)
-    for n, De in enumerate(deborah):
-        own = data[data["deborah"] == De]
-        x = own["volume_fraction_percent"] * 1.03 ** (n - (len(deborah) - 1) / 2)
-        marker = deborah_look(De) | {"ls": ""}
-        known = own["mean_spacing_d_halfwidth"].fillna(0) + own["mean_spacing_d_model_error"]
-        left.errorbar(x, own["mean_spacing_d"], known, lw=0.8, capsize=2, **marker)
-        scaled = own["volume_fraction_percent"] / 100 / beta**2
-        right.errorbar(
-            x, own["mean_spacing_d"] * scaled, known * scaled, lw=0.8, capsize=2, **marker
-        )
-        handles.append(Line2D([], [], **marker))
-        ratio = float((own["feed_volume_fraction_percent"] / own["volume_fraction_percent"]).mean())
-        labels.append(
-            rf"simulated, {marked_deborah(De, beyond[n])} ($\phi_{{feed}}$ = {ratio:.2f} $\phi$)"
-        )
-    left.set(xscale="log", yscale="log", ylabel=f"mean spacing, ${MEAN_SPACING}$ [$d$]")
-    right.set(xscale="log", ylabel=rf"${MEAN_SPACING}\,\phi/\beta^2$")
-    right.margins(y=0.3)
-    for axes in (left, right):
-        axes.set(xlabel=FRACTION_AXES["volume_fraction"], xlim=(line[0], line[-1]))
-        ticks = np.unique([float(f"{value:.2g}") for value in phi])  # of a feed: several, close
-        axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
-        axes.xaxis.set_minor_formatter(NullFormatter())
-    left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    left.yaxis.set_minor_formatter(FuncFormatter(_one_digit))
-    left.set_title(
-        rf"consistency check: ${MEAN_SPACING}\,\phi$ = $\phi_{{mp}} \beta^2$,  $d/D$ = {beta:g}",
-        loc="left",
-    )
-    right.set_title("the same, scaled (bars: sampling plus model error)", loc="left")
-    if words := mark_explained(beyond):
-        handles.append(Line2D([], [], ls=""))
-        labels.append(words.strip())
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, columnspacing=2)
+    left, right = figure.subplots(1, 2, width_ratios=[1.6, 1])
+    _draw_law(left, data, dataset)
+    _draw_feed(right, data)
+    figure.legend(loc="outside lower center", ncols=7, columnspacing=1.2)
     return Drawing(figure, data)
 
 
+def _draw_law(axes: Axes, data: pd.DataFrame, dataset: xr.Dataset):
+    """Mean spacings, scaled so that the law is a constant."""
+    phi = data["volume_fraction_percent"]
+    scaled = phi / 100 / float(dataset["confinement"]) ** 2
+    deborah = np.unique(data["deborah"])
+    limits = phi.min() / BESIDE, phi.max() * BESIDE
+    for n, (share, _, words) in enumerate(_laws(dataset)):
+        axes.axhline(share, color="black", lw=0.9, ls="-" if n == 0 else ":")
+        place = {"transform": axes.get_yaxis_transform(), "va": "center", "fontsize": SMALL}
+        axes.text(1.02, share, words, **place)
+    for n, De in enumerate(deborah):
+        own = data["deborah"] == De
+        error = data["mean_spacing_d_halfwidth"].fillna(0) + data["mean_spacing_d_model_error"]
+        beside = STEP ** (n - (len(deborah) - 1) / 2)
+        look = deborah_look(De) | {"ls": "", "lw": 0.8, "capsize": 2, "label": f"De = {De:g}"}
+        y, bar = ((scaled * values)[own] for values in (data["mean_spacing_d"], error))
+        axes.errorbar(phi[own] * beside, y, bar, **look)
+    axes.set(xscale="log", xlim=limits, xlabel=FRACTION_AXES["volume_fraction"])
+    axes.set_ylabel(rf"${MEAN_SPACING}\,\phi\,D^2/d^2$ at the outlet")
+    ticks = np.unique([float(f"{value:.2g}") for value in phi])  # of a feed: several, close
+    axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.margins(y=0.3)
+    axes.set_title(
+        rf"consistency check: no sphere is lost ($d/D$ = {float(dataset['confinement']):g}; "
+        "bars: all errors)",
+        loc="left",
+    )
+
+
+def _draw_feed(axes: Axes, data: pd.DataFrame):
+    """Volume fraction in the feed over that in the channel, the mean of the conditions at a De."""
+    ratio = data["feed_volume_fraction_percent"] / data["volume_fraction_percent"]
+    mean = ratio.groupby(data["deborah"]).mean()
+    for n, (De, value) in enumerate(mean.items()):
+        axes.plot(n, value, ls="", **deborah_look(float(str(De))))
+    axes.set_xticks(range(len(mean)), [f"{De:g}" for De in mean.index])
+    axes.set(xlabel="De", ylabel=r"$\phi_{feed}/\phi$", xlim=(-0.5, len(mean) - 0.5))
+    axes.margins(y=0.3)
+    axes.set_title(r"to have $\phi$ in the channel, pour in $\phi_{feed}$", loc="left")
+
+
 def _laws(dataset: xr.Dataset) -> list[tuple[float, str, str]]:
-    """phi_mp, column and words: of the study's channel, and of another one beside it."""
-    tube = TUBE, "tube_d", r"tube: $\phi_{mp}$ = 2/3, $\beta$ = $d/D$"
+    """phi_mp, column and words: of what is simulated, and of another channel beside it."""
     if "channel" in dataset.attrs:
         own = TUBE * float(dataset["inscribed_share"])
-        return [(own, "duct_d", rf"duct: $\phi_{{mp}}$ = {own:.3f}, $\beta$ = $d/D$"), tube]
-    words = r"square channel (study): $\phi_{mp}$ = $\pi$/6, $\beta$ = $d/H$"
-    return [tube, (SQUARE, "square_channel_d", words)]
-
-
-def _one_digit(value: float, _) -> str:
-    """Labels of minor ticks on a logarithmic axis: 2 and 5, times powers of ten."""
-    digit = round(value / 10 ** math.floor(math.log10(value)))
-    return f"{value:g}" if digit in (2, 5) else ""
+        return [
+            (own, "duct_d", f"duct: {own:.3f}"),
+            (TUBE, "tube_d", "inscribed tube: 2/3"),
+        ]
+    words = "square channel:\n$\\pi$/6, not simulated"
+    return [(TUBE, "tube_d", "tube: 2/3"), (SQUARE, "square_channel_d", words)]
 
 
 def _law_data(dataset: xr.Dataset) -> pd.DataFrame:

@@ -1,31 +1,46 @@
 r"""Figure of the ordering length: where trains order, and what random injection makes of it.
 
 Left: l against the volume fraction phi of an equally spaced train, (2/3) beta^2/s in a tube, with
-the length of the channel. Right: CV at the outlet over CV at the inlet, by the linear theory and
-simulated.
+the length of the channel. Right: CV at the outlet over CV at the inlet, by the linear theory of
+small scatter and simulated. A strip above each has a bar where equally spaced trains are unstable.
 """
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from viscotrain.drawing.conventions import CHANNEL
+from viscotrain.drawing.conventions import (
+    CHANNEL,
+    injection_in_words,
+    mark_explained,
+    marked_deborah,
+    remarks,
+)
 from viscotrain.drawing.style import GREY, PAGE, Drawing, deborah_look, styled
 from viscotrain.fluid.units import CENTIMETRES
 from viscotrain.trains.order import remaining_variation
 
 SHORTEST, LONGEST = 0.5, 30.0  # drawn, over the shortest length and the channel's
 EVEN = 1e-6  # CV of spheres that enter evenly, to which nothing is compared
-MOST_SCATTER = 1.5  # drawn, over that at the inlet
-BAR = 0.025  # between bars that mark unstable trains, over the height of the axes
-TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10)  # %
+HEIGHT, AROUND = 3.3, 0.9  # of the figure without the strip of bars; of titles and legend; inches
+BAR = 0.055  # height of a De's bar, in inches
+IN_A_ROW = 6  # entries of the legend
+ROOM = 0.06  # beyond the smallest and the largest ratio of CV, over their difference
+GROWS = {"ls": ":", "lw": 0.8}  # lines where trains are unstable
+TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)  # %
+WIDER = 1.15  # than the volume fractions of lengths and trains
 
 
 @styled
 def draw_order(
-    found: xr.Dataset, length: float, units: xr.Dataset, simulated: xr.Dataset | None = None
+    found: xr.Dataset,
+    length: float,
+    units: xr.Dataset,
+    table: xr.Dataset,
+    simulated: xr.Dataset | None = None,
 ) -> Drawing:
     """Ordering length and remaining scatter against the volume fraction.
 
@@ -33,49 +48,54 @@ def draw_order(
         found: Of `order.orders`.
         length: Of the channel, in D.
         units: Physical units of the study.
+        table: Of velocities; says at which De it is beyond the quasi-steady range.
         simulated: Design map; None for a figure of the theory alone.
     """
     data = _data(found, length, simulated)
-    figure = Figure(figsize=(PAGE, 3.3), layout="constrained")
-    figure.get_layout_engine().set(wspace=0.06)
-    left, right = figure.subplots(1, 2)
-    deborah = [De for De in found["deborah"].values if De > 0]
+    deborah = [float(De) for De in found["deborah"].values if De > 0]
+    strip = BAR * (len(deborah) + 1)
+    figure = Figure(figsize=(PAGE, HEIGHT + strip), layout="constrained")
+    figure.get_layout_engine().set(wspace=0.06, h_pad=0.04)
+    heights = {"height_ratios": [strip, HEIGHT - AROUND]}
+    (bars, above), (left, right) = figure.subplots(2, 2, sharex=True, gridspec_kw=heights)
     for n, De in enumerate(deborah):
-        _draw_one(left, right, data.sel(deborah=De), n)
+        _draw_one(left, right, data.sel(deborah=De))
+        _draw_unstable(bars, data.sel(deborah=De), n)
     _finish_left(left, data, length, float(units["channel_diameter"]))
-    right.set(ylim=(0, MOST_SCATTER), ylabel=f"CV at {length:g} $D$ over CV at the inlet")
-    right.axhline(1, color=GREY, lw=0.6)
-    right.set_title("small scatter (lines), random injection (symbols)", loc="left")
-    for axes in (left, right):
-        axes.set(xscale="log", xlabel=r"volume fraction, $\phi$ [%]")
-        low, high = axes.get_xlim()
-        axes.set_xticks([tick for tick in TICKS if low < tick < high])
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_formatter(NullFormatter())
-    handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=5, columnspacing=1.5)
+    _finish_right(right, data, length)
+    _finish_strip(bars, len(deborah))
+    bars.set_title("length along which small scatter decays by e, by theory", loc="left")
+    above.set_title("what the channel leaves of the scatter", loc="left")
+    above.set_axis_off()
+    _finish_fractions(left, right, data)
+    _legend(figure, deborah, remarks(table.sel(deborah=deborah)), length, simulated)
     return Drawing(figure, data)
 
 
-def _draw_one(left: Axes, right: Axes, own: xr.Dataset, n: int):
-    """Curves and symbols of one Deborah number, the n-th."""
-    phi, De = 100 * own["volume_fraction"], float(own["deborah"])
-    look = deborah_look(De)
-    colour = look["color"]
-    stable = own["stability"] >= 0
-    left.plot(phi, own["ordering_length"].where(stable), color=colour, label=f"De = {De:g}")
-    bar = {"transform": left.get_xaxis_transform(), "solid_capstyle": "butt"}
-    left.plot(phi, (0 * phi + 0.98 - BAR * n).where(~stable), color=colour, lw=4, **bar)
-    right.plot(phi, own["remaining_variation"].where(stable), color=colour)
-    right.plot(phi, own["remaining_variation"].where(~stable), color=colour, ls=":", lw=0.8)
-    if "simulated_volume_fraction" not in own:
-        return
-    style = look | {"ls": ""}
-    at, known = 100 * own["simulated_volume_fraction"], own["simulated_variation"].notnull()
-    right.plot(at[known], own["simulated_variation"][known], **style)
-    length = own["ordering_length"].where(stable)[::-1]
-    lengths = np.interp(np.log(at), np.log(phi[::-1]), length, left=np.nan, right=np.nan)
-    left.plot(at[known], lengths[known], **style | {"mfc": "none"})
+def _draw_one(left: Axes, right: Axes, own: xr.Dataset):
+    """Curves and symbols of one Deborah number."""
+    phi, look = 100 * own["volume_fraction"], deborah_look(float(own["deborah"]))
+    stable, unstable = own["stability"] >= 0, own["stability"] < 0
+    left.plot(phi, own["ordering_length"].where(stable), color=look["color"])
+    right.plot(phi, own["remaining_variation"].where(stable), color=look["color"])
+    right.plot(phi, own["remaining_variation"].where(unstable), color=look["color"], **GROWS)
+    if "simulated_volume_fraction" in own:
+        at, known = 100 * own["simulated_volume_fraction"], own["simulated_variation"].notnull()
+        right.plot(at[known], own["simulated_variation"][known], ls="", zorder=3, **look)
+
+
+def _draw_unstable(bars: Axes, own: xr.Dataset, n: int):
+    """A bar where trains are unstable, the n-th from above."""
+    phi, unstable = 100 * own["volume_fraction"], own["stability"] < 0
+    colour = deborah_look(float(own["deborah"]))["color"]
+    bars.plot(phi, (0 * phi + n).where(unstable), color=colour, lw=3, solid_capstyle="butt")
+
+
+def _finish_strip(bars: Axes, count: int):
+    bars.set(ylim=(count - 0.5, -0.7), yticks=[(count - 1) / 2])
+    bars.set_yticklabels(["unstable"])
+    bars.tick_params(which="both", length=0)
+    bars.spines[:].set_visible(False)
 
 
 def _finish_left(axes: Axes, data: xr.Dataset, length: float, diameter: float):
@@ -84,7 +104,7 @@ def _finish_left(axes: Axes, data: xr.Dataset, length: float, diameter: float):
     finite = lengths.values[np.isfinite(lengths)]
     low = min(finite.min(initial=length), length)
     axes.set(yscale="log", ylim=(SHORTEST * low, LONGEST * length))
-    axes.axhline(length, **CHANNEL, label=f"channel, {length:g} $D$")
+    axes.axhline(length, **CHANNEL)
     axes.set_ylabel("ordering length, $l$ [$D$]")
     centimetres = diameter * CENTIMETRES
     other = axes.secondary_yaxis(
@@ -93,7 +113,62 @@ def _finish_left(axes: Axes, data: xr.Dataset, length: float, diameter: float):
     other.set_ylabel("[cm]", labelpad=0)
     for axis in (axes.yaxis, other.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.set_title("length that orders a train; bars at the top: unstable", loc="left")
+
+
+def _finish_right(axes: Axes, data: xr.Dataset, length: float):
+    """The axis holds all symbols, and lines of trains that are stable."""
+    stable = (data["stability"] >= 0) & (data["deborah"] > 0)
+    values = np.append(data["remaining_variation"].where(stable).values, 1.0)
+    if "simulated_variation" in data:
+        values = np.append(values, data["simulated_variation"].values)
+    low, high = np.nanmin(values), np.nanmax(values)
+    room = ROOM * (high - low) or 0.5
+    axes.set(ylim=(max(low - room, 0), high + room))
+    axes.set_ylabel(f"CV at $z$ = {length:g} $D$ over CV at the inlet")
+    axes.axhline(1, color=GREY, lw=0.6)
+
+
+def _finish_fractions(left: Axes, right: Axes, data: xr.Dataset):
+    """The same volume fractions in both panels."""
+    phi = 100 * data["volume_fraction"].values
+    if "simulated_volume_fraction" in data:
+        phi = np.append(phi, 100 * data["simulated_volume_fraction"].values)
+    low, high = np.nanmin(phi) / WIDER, np.nanmax(phi) * WIDER
+    for axes in (left, right):
+        axes.set(xscale="log", xlim=(low, high), xlabel=r"volume fraction, $\phi$ [%]")
+        axes.set_xticks([tick for tick in TICKS if low < tick < high])
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _legend(
+    figure: Figure,
+    deborah: list[float],
+    marks: list[str],
+    length: float,
+    simulated: xr.Dataset | None,
+):
+    """Lines and symbols; what they are of stands above them."""
+    entries = [
+        (Line2D([], [], **deborah_look(De)), marked_deborah(De, mark))
+        for De, mark in zip(deborah, marks, strict=True)
+    ]
+    entries.append((Line2D([], [], **CHANNEL), f"channel, $L$ = {length:g} $D$"))
+    entries.append((Line2D([], [], color=GREY, **GROWS), "theory, unstable"))
+    words = "lines: theory of small scatter"
+    if simulated is not None:
+        words += (
+            f";  symbols: simulated, {injection_in_words(simulated)}; "
+            "above its line: evens out less than that"
+        )
+    figure.legend(
+        *zip(*entries, strict=True),
+        title=words + mark_explained(marks),
+        loc="outside lower center",
+        ncols=4 if len(entries) > IN_A_ROW else len(entries),
+        columnspacing=1.2,
+        handlelength=1.8,
+    )
 
 
 def _data(found: xr.Dataset, length: float, simulated: xr.Dataset | None) -> xr.Dataset:

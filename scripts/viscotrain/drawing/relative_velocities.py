@@ -38,6 +38,8 @@ from viscotrain.table.points import holes
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PAIRS, PARTICLES
 
 LEVELS = 20  # of filled contours, about
+WIDEST = 0.04  # uncertainty of the place of a line between both signs, over the width of a panel
+ROUGH = {"ls": "", "marker": "o", "mfc": "white", "mec": "black", "ms": 3, "mew": 0.6}
 
 
 @styled
@@ -71,10 +73,10 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
     figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)
     rows = figure.add_gridspec(2, 2, height_ratios=[0.12, 1.0])
-    words = conditions(deborah, confinement, remark=beyond(layer))
+    words = conditions(deborah, confinement, remark=beyond(layer).replace(": ", ":\n"))
     _draw_triplet(figure.add_subplot(rows[0, :]), words)
     panels = [figure.add_subplot(rows[1, n]) for n in range(2)]
-    x = distance_coordinate(s)
+    x, crosses = distance_coordinate(s), False
     for n, (axes, who) in enumerate(zip(panels, ("trailing", "leading"), strict=True)):
         scaled = surface[..., n] / 10**power
         if missing:
@@ -83,7 +85,7 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
             shown = _draw_surface(axes, x, scaled, norm)
             closest = distance_coordinate(velocities.smallest_distance)
             _draw_uncertainty(axes, x, scaled, error / 10**power, closest)
-            _draw_zero(axes, x, scaled)
+            crosses |= _draw_zero(axes, x, scaled, error / 10**power)
             _draw_nodes(axes, sp, sf, simulated)
         draw_closer_than_table(axes, velocities.smallest_distance)
         _draw_holes(axes, missing)
@@ -96,8 +98,12 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
         distance_axis(axes.xaxis)
         distance_axis(axes.yaxis)
     panels[0].set_ylabel("distance to the leading sphere, $s_f$ [$d$]")
-    _signed_colour_bar(figure, panels, shown, f"relative velocity {velocity_unit(power)}")
-    crosses = not missing and bool(drawn.min() < 0 < drawn.max())
+    _signed_colour_bar(
+        figure,
+        panels,
+        shown,
+        f"relative velocity {velocity_unit(power)}, scale of De = {deborah:g}",
+    )
     _legend_below(figure, bool(missing), crosses, None if missing else error, bool(rough))
     return Drawing(figure, data)
 
@@ -128,7 +134,10 @@ def _relative_velocity_data(s, surface, sp, sf, nodes, deborah) -> xr.Dataset:
 
 
 def _signed_colour_bar(figure: Figure, panels: list[Axes], shown, label: str):
-    bar = figure.colorbar(shown, ax=panels, aspect=28, pad=0.035, ticks=MaxNLocator(8, symmetric=1))
+    bar = figure.colorbar(shown, ax=panels, aspect=28, pad=0.035)
+    end = float(bar.vmax)
+    inner = [tick for tick in MaxNLocator(8).tick_values(-end, end) if abs(tick) < 0.85 * end]
+    bar.set_ticks([-end, *inner, end])
     bar.set_label(label)
     bar.ax.set_title("\n".join(REPULSION), color=REPULSION_COLOUR, fontsize=SMALL)
     bar.ax.set_xlabel("\n".join(ATTRACTION), color=ATTRACTION_COLOUR, fontsize=SMALL)
@@ -142,11 +151,19 @@ def _draw_surface(axes: Axes, x: NDArray, values: NDArray, norm: Normalize):
     return filled
 
 
-def _draw_zero(axes: Axes, x: NDArray, values: NDArray):
+def _draw_zero(axes: Axes, x: NDArray, values: NDArray, error: float) -> bool:
+    """The line between both signs, as far as the error leaves it a place; whether there is one.
+
+    The place is known within error over slope; where that is wide, the line is noise.
+    """
     inner = np.maximum(np.arange(x.size), 1)  # at contact everything is zero
     values = values[np.ix_(inner, inner)]
-    if values.min() < 0 < values.max():
-        axes.contour(x, x, values.T, [0.0], colors="black", linewidths=1.0)
+    slope = np.hypot(*np.gradient(values, x[1] - x[0]))
+    known = np.ma.masked_where(np.nan_to_num(error) > WIDEST * slope, values)
+    if not known.count() or not known.min() < 0 < known.max():
+        return False
+    axes.contour(x, x, known.T, [0.0], colors="black", linewidths=1.0)
+    return True
 
 
 def _draw_uncertainty(axes: Axes, x: NDArray, values: NDArray, error: float, closest: NDArray):
@@ -157,7 +174,9 @@ def _draw_uncertainty(axes: Axes, x: NDArray, values: NDArray, error: float, clo
     tabulated = np.maximum(np.arange(x.size), np.searchsorted(x, closest))
     values = values[np.ix_(tabulated, tabulated)]
     if error > 0 and np.abs(values).min() < error:
-        axes.contourf(x, x, values.T, [-error, error], colors="none", hatches=["////"])
+        axes.contourf(
+            x, x, values.T, [-error, error], colors="white", hatches=[BELOW_ERROR["hatch"]]
+        )
 
 
 def _inaccurate_nodes(layer: xr.Dataset, missing: Iterable) -> list[tuple[float, float]]:
@@ -200,7 +219,7 @@ def _draw_holes(axes: Axes, missing: Iterable[tuple[float, float]]):
 def _draw_inaccurate(axes: Axes, nodes: Iterable[tuple[float, float]]):
     for p, f in nodes:
         where = distance_coordinate(p), distance_coordinate(f)
-        axes.plot(*where, "D", mfc="none", mec="black", ms=7, mew=0.8, clip_on=False, zorder=6)
+        axes.plot(*where, **ROUGH, clip_on=False, zorder=6)
 
 
 def _legend_below(
@@ -215,10 +234,9 @@ def _legend_below(
         node = Line2D([], [], ls="", marker=".", color="black", ms=4)
         entries.append((node, "simulated"))
     if inaccurate:
-        node = Line2D([], [], ls="", marker="D", mfc="none", mec="black", ms=6, mew=0.8)
-        entries.append((node, "not accurate"))
+        entries.append((Line2D([], [], **ROUGH), "open: not accurate"))
     if crosses:
-        entries.append((Line2D([], [], color="black", lw=1.0), "no relative motion"))
+        entries.append((Line2D([], [], color="black", lw=1.0), "neither opens nor closes"))
     if error is not None and error > 0:
         words = f"below the error, {scientific(error)} $\\bar{{U}}$"
         entries.append((Patch(**BELOW_ERROR), words))

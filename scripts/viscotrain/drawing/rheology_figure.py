@@ -22,7 +22,6 @@ from viscotrain.drawing.style import (
     BLUE,
     GREY,
     PAGE,
-    PALE_GREY,
     SMALL,
     VERMILLION,
     Drawing,
@@ -39,22 +38,24 @@ POINTS = 201  # of a line
 MARGIN = 2.0  # factor by which lines go beyond measured rates
 MODE_MARGIN = 100.0  # factor by which they go beyond the modes' own rates where none were measured
 NEWTONIAN_RATES = (1.0, 1e3)  # 1/s, of a fluid without modes
-LOOKS = {  # colour, line, symbol, label
+NUMBERS = ("", "one", "two", "three", "four", "five", "six")
+LOOKS = {  # colour, line, symbol, label if a panel has several
     "storage_modulus": (BLUE, "-", "o", "storage modulus $G'$"),
     "loss_modulus": (VERMILLION, "--", "s", "loss modulus $G''$"),
-    "viscosity": ("black", "-", "D", r"viscosity $\eta$"),
-    "first_normal_stress_difference": ("black", "-", "^", "$N_1$"),
+    "viscosity": ("black", "-", "D", None),
+    "first_normal_stress_difference": ("black", "-", "^", None),
 }
 PANELS = (  # quantities, and labels of the axes
     (("storage_modulus", "loss_modulus"), "angular frequency [rad/s]", "moduli [Pa]"),
-    (("viscosity",), "shear rate [1/s]", "viscosity [Pa s]"),
+    (("viscosity",), "shear rate [1/s]", r"viscosity, $\eta$ [Pa s]"),
     (
         ("first_normal_stress_difference",),
         "shear rate [1/s]",
-        "first normal stress difference [Pa]",
+        "first normal stress difference, $N_1$ [Pa]",
     ),
 )
 
+COVERED = "#EEEEEE"  # shear rates
 OF_THE_FLOW = "covered by the flow", "at the wall"
 
 
@@ -86,7 +87,7 @@ def rheology(
     walls = _wall_rates(fluid, rates or {})
     data = _data(fluid, measured, walls)
     shown = [panel for panel in PANELS if set(panel[0]) & set(data["quantity"])]
-    figure = Figure(figsize=(PAGE, 3.2), layout="constrained")
+    figure = Figure(figsize=(PAGE, 3.5), layout="constrained")
     figure.get_layout_engine().set(wspace=0.06)
     figure.suptitle(_heading(fluid), fontsize=SMALL)
     for axes, panel in zip(figure.subplots(1, len(shown)), shown, strict=True):
@@ -208,16 +209,16 @@ def _mark_flow(axes: Axes, walls: Mapping[float, float], relaxation_time: float)
         colour = deborah_colour(De)
         axes.axvline(rate, color=colour, lw=0.9, ls=":", zorder=0.5)
         place = {"xy": (rate, 0), "xycoords": ("data", "axes fraction")}
-        offset = {"xytext": (-1, 3), "textcoords": "offset points"}
-        turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": SMALL, "color": colour}
-        axes.annotate(f"De = {De:g}", **place, **offset, **turned)
+        offset = {"xytext": (0, 4), "textcoords": "offset points"}
+        turned = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": SMALL}
+        behind = {"boxstyle": "square,pad=0.05", "facecolor": COVERED, "lw": 0}
+        axes.annotate(f"De = {De:g}", **place, **offset, **turned, color=colour, bbox=behind)
     if walls:
         low, _ = axes.get_xlim()
         axes.axvspan(
             low,
             max(walls.values()),
-            color=PALE_GREY,
-            alpha=0.35,
+            color=COVERED,
             lw=0,
             zorder=0.1,
             label=OF_THE_FLOW[0],
@@ -231,12 +232,23 @@ def _mark_flow(axes: Axes, walls: Mapping[float, float], relaxation_time: float)
     upper.set_xlabel(r"Weissenberg number, $\lambda_1\dot\gamma$")
 
 
+def _model(fluid: Fluid) -> str:
+    """The name of the constitutive law."""
+    if not fluid.modes:
+        return "Newtonian fluid"
+    count = len(fluid.modes)
+    number = NUMBERS[count] if count < len(NUMBERS) else f"{count}"
+    law = "Giesekus" if any(mode.mobility > 0 for mode in fluid.modes) else "Oldroyd-B"
+    return f"{number}-mode {law} fluid"
+
+
 def _heading(fluid: Fluid) -> str:
-    words = [rf"solvent $\eta_s$ = {fluid.solvent_viscosity:.3g} Pa s"]
+    """The model and its parameters, three to a line."""
+    words = [f"solvent $\\eta_s$ = {fluid.solvent_viscosity:.3g} Pa s"]
     for k, mode in enumerate(fluid.modes, start=1):
         words.append(
             rf"mode {k}: $\eta$ = {mode.viscosity:.3g} Pa s, $\lambda$ = "
             rf"{mode.relaxation_time:.3g} s, $\alpha$ = {mode.mobility:.3g}"
         )
     lines = [";   ".join(words[k : k + 3]) for k in range(0, len(words), 3)]
-    return "\n".join(lines)
+    return "\n".join([_model(fluid), *lines])

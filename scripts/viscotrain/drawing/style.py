@@ -22,6 +22,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
+BLUE, VERMILLION, GREY, PALE_GREY = "#0072B2", "#D55E00", "#777777", "#CCCCCC"  # Okabe and Ito
 STYLE = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same figure on every machine
     "font.size": 8,
@@ -39,6 +40,7 @@ STYLE = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
     "hatch.linewidth": 0.5,
+    "hatch.color": GREY,
     "axes.unicode_minus": True,
     "pdf.fonttype": 42,  # text stays text
     "savefig.dpi": 200,
@@ -46,7 +48,6 @@ STYLE = {
 }
 COLUMN, PAGE = 90 / 25.4, 180 / 25.4  # widths of figures in inches, as papers print them
 SMALL = 7  # size of text in a figure, as that of ticks and legends
-BLUE, VERMILLION, GREY, PALE_GREY = "#0072B2", "#D55E00", "#777777", "#CCCCCC"  # Okabe and Ito
 MARKERS = "osD^vP*X"
 NO_ELASTICITY = "h"  # the marker of De = 0
 MARKER_SIZE = 4  # points
@@ -69,8 +70,8 @@ class Family(NamedTuple):
         return np.asarray(colours(self.begin + (self.end - self.begin) * place))
 
 
-elastic_colour = Family("viridis", 0.08, 0.93, 0.2, 100.0)  # of De > 0
-fraction_colour = Family("afmhot_r", 0.2, 0.82, 5e-4, 5e-2)  # of a volume fraction
+elastic_colour = Family("viridis", 0.05, 0.93, 0.4, 100.0)  # of De > 0
+fraction_colour = Family("afmhot_r", 0.27, 0.85, 5e-4, 5e-2)  # of a volume fraction
 confinement_colour = Family("RdPu", 0.35, 1.0, 0.05, 0.5)  # of d/D
 
 
