@@ -68,7 +68,7 @@ def page(answer: Answer, found: pd.DataFrame, drawing: Drawing, study: str, sour
         sections="\n".join(_section(title, lines) for title, lines in answer.sections()),
         table=_table(found),
         figure=_embedded(drawing),
-        source=html.escape(source),
+        source=html.escape(source.removeprefix("viscotrain, ")),
     )
 
 

@@ -24,9 +24,11 @@ from viscotrain.drawing.conventions import (
     SIGNED,
     beyond,
     distance_coordinate,
+    in_digits,
     largest_error,
     power_of_ten,
 )
+from viscotrain.drawing.relative_velocities import WIDEST
 from viscotrain.drawing.style import BLUE, VERMILLION, deborah_look
 from viscotrain.drawing.train_figures import WIDE_AND_CLOSE
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
@@ -37,7 +39,7 @@ from viscotrain.table.pairs import pair_velocity, tabulated_pair_velocity
 from viscotrain.table.points import holes
 from viscotrain.trains.design_map import BAR
 from viscotrain.trains.statistics import TOUCHING
-from viscotrain.trains.variables import rate_in_words, unequal, with_errors
+from viscotrain.trains.variables import unequal, with_errors
 from viscotrain.words import CONTACT, INACCURATE, NEGLIGIBLE, PAIRS, PARTICLES
 
 GRID = 81  # points of the interpolant per axis
@@ -78,6 +80,7 @@ def page_data(
         "particle": MICROMETRES * float(units["particle_diameter"]),
         "channel": MICROMETRES * float(units["channel_diameter"]),
         "confinement": float(units["particle_diameter"] / units["channel_diameter"]),
+        "widest": WIDEST,
         "power": power_of_ten(max(layer["limit"] for layer in layers)),
         "colours": {
             "signed": _scale(SIGNED),
@@ -135,14 +138,14 @@ def _device(
         return {"speed": None, "seconds": None, "device": []}
     own = units.sel(deborah=De)
     words = [
-        f"flow rate {float(own['flow_rate']):.2g} {MICRO}L/min",
-        f"mean velocity {1e3 * float(own['mean_velocity']):.2g} mm/s",
+        f"flow rate {in_digits(float(own['flow_rate']))} {MICRO}L/min",
+        f"mean velocity {in_digits(1e3 * float(own['mean_velocity']))} mm/s",
     ]
     if flow is not None and trains:
         words.append(_pressure(own, flow, float(trains[0]["channel_length"])))
     for train in trains:
         if float(train["deborah"]) == De:
-            rate = rate_in_words(float(train["injection_rate"]) / float(own["time"]))
+            rate = in_digits(float(train["injection_rate"]) / float(own["time"]))
             words.append(
                 f"{rate} spheres per second at {100 * float(train['volume_fraction']):.2g} %"
             )
@@ -161,7 +164,7 @@ def _pressure(units: xr.Dataset, flow: xr.Dataset, length: float) -> str:
     gradient = float(flow["pressure_gradient"].sel(deborah=units["deborah"]))
     drop = BAR * gradient * length * float(units["stress"])
     centimetres = CENTIMETRES * length * float(units["channel_diameter"])
-    return f"pressure drop {drop:.2g} bar along {length:g} D ({centimetres:.3g} cm)"
+    return f"pressure drop {in_digits(drop)} bar along {length:g} D ({centimetres:.3g} cm)"
 
 
 # ---------------------------------------------------------------------------- relative velocities
@@ -316,7 +319,7 @@ def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
     known = De > 0 and De in units["deborah"].values
     enter = f"{rate:.2g} in a time D/\N{LATIN CAPITAL LETTER U WITH MACRON}"
     if known:
-        enter = f"{rate_in_words(rate / float(units['time'].sel(deborah=De)))} per second"
+        enter = f"{in_digits(rate / float(units['time'].sel(deborah=De)))} per second"
     touching = 100 * float(train["touching_share_injected"])
     injected = float(train["spacing_variation_injected"])
     law = INJECTIONS.get(train.attrs["injection"], train.attrs["injection"])
