@@ -125,8 +125,8 @@ def _draw_power(axes: Axes, own: xr.Dataset):
         look = confinement_look(beta) | {"markevery": (2 * n, 9)}
         axes.plot(xi, one["exponent"], **look)
         at = one.sel(surface_distance=list(NAMED), method="nearest")
-        shift, bars = at["surface_distance"] * (1 + 0.06 * n), {"capsize": 2, "elinewidth": 0.8}
-        bars |= {"ls": "", "color": look["color"]}
+        shift = at["surface_distance"] * (1 + 0.06 * n)
+        bars = {"ls": "", "color": look["color"], "capsize": 2, "elinewidth": 0.8}
         axes.errorbar(shift, at["exponent"], at["exponent_halfwidth"], **bars)
         ends = one["collapse_nearest"], one["collapse_farthest"]
         bar = {"transform": axes.get_xaxis_transform(), "solid_capstyle": "butt", "lw": 3}
@@ -279,7 +279,7 @@ def _map_rows(design_map: xr.Dataset) -> pd.DataFrame:
     """CV at inlet and outlet, and their ratio with the error of the latter."""
     inlet, outlet = (design_map.isel(station=n) for n in (0, -1))
     variation, given = outlet["spacing_variation"], design_map.attrs["given"]
-    error = sum(outlet[f"spacing_variation{end}"].fillna(0) for end in ERRORS)
+    error = sum((outlet[f"spacing_variation{end}"].fillna(0) for end in ERRORS), 0 * variation)
     columns = {
         "volume_fraction_percent": 100 * outlet["volume_fraction"].broadcast_like(variation),
         "mean_spacing_d": outlet["mean_spacing"],

@@ -176,12 +176,13 @@ def _draw_train(axes: Axes, train: xr.Dataset):
     for name, style in MODELS.items():
         model = train["model_distance"].sel(closure=name).cumsum("gap", skipna=False)
         axes.plot(time, model - direct, **look | style)
-    known = np.isfinite(train["model_distance"]).all(["closure", "gap"]).values
-    if (start := float(time[known][0])) > float(time[0]):
-        axes.axvspan(float(time[0]), start, color=PALE_GREY, alpha=0.5, lw=0)
-        words = {"rotation": 90, "ha": "center", "va": "center", "fontsize": SMALL}
+    known = train["model_distance"].notnull().all(["closure", "gap"]).values
+    begin, start = (float(t) for t in (time[0], time[known.argmax() if known.any() else -1]))
+    if start > begin:
+        axes.axvspan(begin, start, color=PALE_GREY, alpha=0.5, lw=0)
+        look = {"rotation": 90, "ha": "center", "va": "center", "fontsize": SMALL}
         place = axes.get_xaxis_transform()
-        axes.text((float(time[0]) + start) / 2, 0.5, "start-up", transform=place, **words)
+        axes.text((begin + start) / 2, 0.5, "start-up", transform=place, **look)
     axes.set_title(f"De = {De:g}", loc="left")
     words = [f"{CLOSURE_WORDS[name]}: at most {largest[name]:.2g} $d$" for name in MODELS]
     axes.text(0.03, 0.03, "\n".join(words), fontsize=SMALL, transform=axes.transAxes)

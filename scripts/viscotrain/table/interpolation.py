@@ -341,11 +341,6 @@ class VelocityTable:
         return tuple(self.dataset["deborah"].values.tolist())
 
     @property
-    def incomplete(self) -> frozenset[float]:
-        """Its Deborah numbers at which there is no interpolant: it has holes there."""
-        return frozenset(De for De, _, _ in holes(self.dataset))
-
-    @property
     def smallest_distance(self) -> float:
         """The distance in d below which velocities follow lubrication."""
         return float(max(self.dataset["sp"][0], self.dataset["sf"][0]))

@@ -44,6 +44,7 @@ from scipy.special import ive
 
 from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.points import incomplete
 from viscotrain.trains.closures import CLOSURES, Closure
 from viscotrain.words import MIDDLE
 
@@ -173,7 +174,8 @@ def orders(
     """
     spacing = spacings(table) if spacing is None else np.asarray(spacing, dtype=float)
     deborah = list(table.deborah if deborah is None else deborah)
-    known = [De for De in deborah if De not in table.incomplete]
+    broken = incomplete(table.dataset)
+    known = [De for De in deborah if De not in broken]
     rows = []
     for De in known or deborah:
         model = CLOSURES[closure](table.at(De))

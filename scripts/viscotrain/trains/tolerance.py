@@ -34,6 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 from viscotrain.errors import TrainError
 from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.points import incomplete
 from viscotrain.table.size_response import demanded, size_response
 from viscotrain.trains import order
 from viscotrain.trains.closures import CLOSURES, Closure
@@ -140,7 +141,8 @@ def with_tolerance(found: xr.Dataset, table: VelocityTable, wanted: Wanted) -> x
         table: Of velocities, the same.
         wanted: Of the trains.
     """
-    beta, rows, broken = float(found["confinement"]), [], table.incomplete
+    beta, broken = float(found["confinement"]), incomplete(table.dataset)
+    rows: list[list] = []
     for De in found["deborah"].values:
         if De in broken:
             rows += [[math.nan] * len(OF_TRAINS)] * found.sizes["spacing"]
@@ -210,7 +212,7 @@ def of_condition(
         wanted: Of the train.
         feed: Whether the volume fraction is that of what is poured in.
     """
-    if deborah in table.incomplete:
+    if deborah in incomplete(table.dataset):
         return f"De = {deborah:g}: not known, the table has holes"
     beta, model = table.confinement, CLOSURES[wanted.closure](table.at(deborah))
     phi = channel_volume_fraction(volume_fraction, model.isolated) if feed else volume_fraction
