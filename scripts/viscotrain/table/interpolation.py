@@ -138,7 +138,7 @@ class TripletVelocities:
             sf: Distances to the leading sphere, of the same shape.
             particle: `TRAILING`, `MIDDLE` or `LEADING`, one for all or of this shape.
         """
-        which = np.broadcast_to(particle, sp.shape)
+        which = np.full(sp.shape, particle)
         splines = self._x_p, self._x_f, self._cells, self._x_far, self._far
         U = _velocities(sp.ravel(), sf.ravel(), which.ravel(), self.smallest_distance, *splines)
         return U.reshape(sp.shape)

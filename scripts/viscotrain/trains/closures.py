@@ -84,7 +84,12 @@ class Closure:
 
     Args:
         velocities: Of triplets.
+
+    Attributes:
+        reach: Distance in d from which on spheres behind a neighbour are not felt.
     """
+
+    reach = 0.0
 
     def __init__(self, velocities: Velocities):
         self.triplets = velocities
@@ -92,9 +97,18 @@ class Closure:
         self.slowest = velocities.slowest
         self.isolated = velocities.isolated
 
-    def free_velocities(self, distance: NDArray) -> NDArray:
-        """U in Ubar, shape (N,), from distances of neighbours in d, shape (N - 1,)."""
+    def free_velocities(self, distance: NDArray, far: NDArray | None = None) -> NDArray:
+        """U in Ubar, shape (N,).
+
+        Args:
+            distance: Of neighbours in d, shape (N - 1,).
+            far: Result of `far` at these or about these distances; None: sum it.
+        """
         raise NotImplementedError
+
+    def far(self, distance: NDArray) -> NDArray:
+        """What spheres behind the neighbours add to U, in Ubar, shape (N,)."""
+        return np.zeros(distance.size + 1)
 
     def _middle(self, distance: NDArray) -> NDArray:
         """Each sphere as the middle one of its triplet; neighbours that miss are at infinity."""
@@ -106,7 +120,7 @@ class Closure:
 class Nearest(Closure):
     """Each sphere feels its two neighbours, as in the original study."""
 
-    def free_velocities(self, distance: NDArray) -> NDArray:
+    def free_velocities(self, distance: NDArray, far: NDArray | None = None) -> NDArray:
         """See `Closure.free_velocities`."""
         s = distance
         if s.size < 2:
@@ -139,13 +153,17 @@ class EverySphere(Closure):
         """W_1(a, b) and W_3(a, b) in Ubar, each of shape (a, b), from distances in d."""
         return increments(velocities, a, b)
 
-    def free_velocities(self, distance: NDArray) -> NDArray:
+    def free_velocities(self, distance: NDArray, far: NDArray | None = None) -> NDArray:
         """See `Closure.free_velocities`."""
-        free = self._middle(distance)
+        return self._middle(distance) + (self.far(distance) if far is None else far)
+
+    def far(self, distance: NDArray) -> NDArray:
+        """See `Closure.far`."""
+        added = np.zeros(distance.size + 1)
         if distance.size > 1:
             splines = self._trailing, self._leading
-            _add_increments(free, distance, self.reach, self._cells_times_distance, *splines)
-        return free
+            _add_increments(added, distance, self.reach, self._cells_times_distance, *splines)
+        return added
 
 
 class FartherAsPairs(EverySphere):
@@ -164,7 +182,7 @@ class FartherAsPairs(EverySphere):
 class NeighboursAsPairs(Closure):
     """Each sphere feels its two neighbours, each as if it were alone."""
 
-    def free_velocities(self, distance: NDArray) -> NDArray:
+    def free_velocities(self, distance: NDArray, far: NDArray | None = None) -> NDArray:
         """See `Closure.free_velocities`."""
         none = np.full(distance.size, np.inf)
         U = np.full(distance.size + 1, self.isolated)
@@ -183,15 +201,19 @@ class WithMemory(Closure):
 
     def __init__(self, held: Closure, strength: float):
         super().__init__(held.triplets)
-        self._held, self._strength = held, strength
+        self._held, self._strength, self.reach = held, strength, held.reach
 
-    def free_velocities(self, distance: NDArray) -> NDArray:
+    def free_velocities(self, distance: NDArray, far: NDArray | None = None) -> NDArray:
         """See `Closure.free_velocities`."""
-        free = self._held.free_velocities(distance)
+        free = self._held.free_velocities(distance, far)
         relative = np.diff(free)
         free[1:] += self._strength / 2 * relative * np.abs(relative)
         free[:-1] -= self._strength / 2 * relative * np.abs(relative)
         return free
+
+    def far(self, distance: NDArray) -> NDArray:
+        """See `Closure.far`."""
+        return self._held.far(distance)
 
 
 CLOSURES: dict[str, type[Closure]] = {"every_sphere": EverySphere, "nearest": Nearest}

@@ -54,15 +54,19 @@ class Shifted(Closure):
     def __init__(self, closure: Closure, amplitude: float, decay: float):
         self._closure, self._amplitude, self._decay = closure, amplitude, decay
         self.smallest_distance, self.slowest = closure.smallest_distance, closure.slowest
-        self.isolated = closure.isolated
+        self.isolated, self.reach = closure.isolated, closure.reach
 
-    def free_velocities(self, distance: NDArray) -> NDArray:
+    def free_velocities(self, distance: NDArray, far: NDArray | None = None) -> NDArray:
         """See `Closure.free_velocities`."""
         half = self._amplitude / 2 * envelope(distance, self._decay)
-        U = self._closure.free_velocities(distance)
+        U = self._closure.free_velocities(distance, far)
         U[1:] += half
         U[:-1] -= half
         return U
+
+    def far(self, distance: NDArray) -> NDArray:
+        """See `Closure.far`."""
+        return self._closure.far(distance)
 
 
 def envelope(distance: NDArray, decay: float) -> NDArray:

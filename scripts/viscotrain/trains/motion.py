@@ -11,11 +11,12 @@ lubrication closes or opens exponentially, so its logarithm changes evenly; it m
 than the rounding of positions and open again, and never reaches contact. Unequal spheres that
 press on each other for ever stop at `DEEPEST`.
 
-**Time.** Heun's method; steps end at every injection and every exit. Their length is controlled by
-the difference between Heun's and Euler's state, which bounds the error of the latter. Within a step
-y(t) is the parabola of the method's two slopes. The times at which spheres pass a station or the
-outlet are roots, in closed form, of the parabola that has a sphere's velocity at the beginning and
-its positions at both ends.
+**Time.** Heun's method; steps end at every injection and every exit. What spheres behind the
+neighbours add goes on over many of them before it is summed anew (`far_field`). The length of steps
+is controlled by the difference between Heun's and Euler's state, which bounds the error of the
+latter. Within a step y(t) is the parabola of the method's two slopes. The times at which spheres
+pass a station or the outlet are roots, in closed form, of the parabola that has a sphere's velocity
+at the beginning and its positions at both ends.
 
 Units: positions and times in D and D/Ubar, distances and snapshots in d, velocities in Ubar.
 """
@@ -29,6 +30,7 @@ from numpy.typing import NDArray
 
 from viscotrain.table.lubrication import ROUND_OFF, ChainMotion, lubricate
 from viscotrain.trains.closures import Closure
+from viscotrain.trains.far_field import FarField
 from viscotrain.trains.sizes import contact
 from viscotrain.words import CONTACT
 
@@ -44,6 +46,7 @@ def chain_motion(
     gap: NDArray,
     contact: NDArray | float = CONTACT,
     drift: NDArray | float = 0.0,
+    far: NDArray | None = None,
 ) -> ChainMotion:
     """Velocities of a train, shape (N,).
 
@@ -52,8 +55,9 @@ def chain_motion(
         gap: s - c in d, trailing first, shape (N - 1,).
         contact: Distances c at which spheres touch, in d, of this shape.
         drift: What diameters add to velocities, in Ubar, shape (N,).
+        far: See `Closure.free_velocities`.
     """
-    free = closure.free_velocities(contact + gap) + drift
+    free = closure.free_velocities(contact + gap, far) + drift
     return lubricate(free, gap, closure.smallest_distance - CONTACT)
 
 
@@ -119,29 +123,40 @@ class Channel:
         """State of a train, from its positions in D, trailing first."""
         return np.concatenate([z[:1], logarithm(np.diff(z) / self.confinement - self.contact)])
 
+    def distances(self, y: NDArray) -> NDArray:
+        """Of neighbours in d, centre to centre, trailing first."""
+        return self.contact + np.exp(y[1:])
+
     def positions(self, y: NDArray) -> NDArray:
         """Positions of a train in D, trailing first."""
-        distances = self.confinement * (self.contact + np.exp(y[1:]))
-        return np.concatenate([y[:1], distances]).cumsum()
+        return np.concatenate([y[:1], self.confinement * self.distances(y)]).cumsum()
 
-    def motion(self, y: NDArray) -> tuple[NDArray, NDArray]:
-        """Velocities of the spheres in Ubar, and dy/dt."""
+    def motion(self, y: NDArray, far: NDArray | None = None) -> tuple[NDArray, NDArray]:
+        """Velocities of the spheres in Ubar, and dy/dt; `far` as in `Closure.free_velocities`."""
         if not y.size:
             return y, y
         gap = np.exp(np.maximum(y[1:], DEEPEST))
-        U = chain_motion(self.closure, gap, self.contact, self.drift)
+        U = chain_motion(self.closure, gap, self.contact, self.drift, far)
         rate = U.relative / (self.confinement * gap)
         rate[(y[1:] < DEEPEST) & (rate < 0)] = 0.0
         return U.velocity, np.concatenate([U.velocity[:1], rate])
 
-    def step(self, y: NDArray, longest: float) -> tuple[Step, NDArray]:
-        """One step within the tolerance, not longer than `longest`, and velocities at its start."""
-        velocity, start = self.motion(y)
-        relative = self.confinement * np.exp(y[1:]) * start[1:]
-        self.fastest = float(np.max(np.abs(relative), initial=self.fastest))
+    def step(self, y: NDArray, longest: float, far: FarField | None = None) -> tuple[Step, NDArray]:
+        """One step within the tolerance, and velocities at its start.
+
+        Args:
+            y: State.
+            longest: Duration of the step, at most.
+            far: What spheres behind the neighbours add; None: sum it.
+        """
+        velocity, start = self.motion(y, far and far.after(0.0))
+        change = np.exp(y[1:]) * start[1:]
+        self.fastest = float(np.max(self.confinement * np.abs(change), initial=self.fastest))
+        if far:
+            far.follow(self.distances(y), change)
         while True:
             duration = min(longest, self._trial)
-            _, end = self.motion(y + duration * start)
+            _, end = self.motion(y + duration * start, far and far.after(duration))
             step = Step(y, start, end, duration)
             error = step.error(self.tolerance)
             factor = min(max(SAFETY / math.sqrt(error), SHRINK), GROW) if error > 0 else GROW

@@ -24,6 +24,7 @@ from viscotrain.errors import TrainError
 from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.lubrication import ROUND_OFF
 from viscotrain.trains.closures import Closure
+from viscotrain.trains.far_field import FarField
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
 from viscotrain.trains.motion import TOLERANCE, Channel, Step, arrival, logarithm
 from viscotrain.trains.sizes import EQUAL, Sizes, contact
@@ -101,6 +102,8 @@ class _Train:
         self.newcomer = next(diameters)  # that of the sphere which enters next
         self._hold(np.array(entered[::-1]))
         self.y = channel.state(z)
+        start = channel.distances(self.y)
+        self.far = FarField(channel.closure, channel.confinement, channel.tolerance, start)
         self.time = 0.0
         self.passed = stations.searchsorted(z, side="right")  # stations behind each sphere
         self._next = np.append(stations, math.inf)  # the station that comes after so many
@@ -131,7 +134,7 @@ class _Train:
 
     def advance(self, longest: float, outlet: float) -> bool:
         """Move on by a step, at most until the leading sphere leaves; whether it left."""
-        step, velocity = self.channel.step(self.y, longest)
+        step, velocity = self.channel.step(self.y, longest, self.far)
         tau, y = step.duration, step.state(step.duration)
         z = self.channel.positions(y)
         leaves = bool(z.size) and z[-1] >= outlet
@@ -144,6 +147,7 @@ class _Train:
         self._pass_stations(step, velocity, tau, z)
         self._take_snapshots(step, tau)
         self.y, self.z, self.time = y, z, self.time + float(tau)
+        self.far.advance(float(tau), self.channel.distances(y))
         if leaves:
             self._remove_leading()
         return leaves
@@ -155,6 +159,7 @@ class _Train:
         self.newcomer = next(self._diameters)
         gap = self.z[:1] / self.channel.confinement - self.contact[:1]
         self.y = np.concatenate([[0.0], logarithm(gap), self.y[1:]])
+        self.far.enter(self.channel.distances(self.y))
         self.z = np.concatenate([[0.0], self.z])
         self.passed = np.concatenate([[0], self.passed])
         self.record.entry_time.append(self.time)
@@ -168,6 +173,7 @@ class _Train:
         self.last_distance = math.nan
         if self.y.size > 1:
             self.last_distance = float(self.contact[-1] + np.exp(self.y[-1]))
+        self.far.leave(self.channel.distances(self.y))
         self._hold(self.deviation[:-1])
         self.y, self.z, self.passed = self.y[:-1], self.z[:-1], self.passed[:-1]
         self.record.exit_time.append(self.time)
@@ -321,7 +327,10 @@ def _time_until_room(train: _Train) -> float:
         return 0.0
     touching = contact(np.array([train.newcomer, train.deviation[0]]))[0]
     missing = channel.confinement * touching - train.z[0]
-    return float(missing / channel.motion(train.y)[0][0]) if missing > ROUND_OFF else 0.0
+    if missing <= ROUND_OFF:
+        return 0.0
+    velocity, _ = channel.motion(train.y, train.far.after(0.0))
+    return float(missing / velocity[0])
 
 
 def _closed(train: _Train) -> Record:

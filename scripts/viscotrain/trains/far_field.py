@@ -1,0 +1,103 @@
+r"""What spheres behind the neighbours add to the velocities of a train, extrapolated in time.
+
+Steps of a train end whenever a sphere enters or leaves, which in a dense train happens many times
+while distances hardly change. What a sphere feels of all but its neighbours,
+
+    F_i = sum_{j > i+1} W_1 + sum_{j < i-1} W_3        (`closures`),
+
+costs most of a step, and changes least. So F is summed anew after an interval of time only, with
+its rate of change, by the rates of the distances. In between
+
+    F(t) = F(t_0) + (t - t_0) dF/dt.
+
+A sphere that enters or leaves changes F of those within its reach at once, by the difference of the
+sums over these with and without it; one that enters changes dF/dt, too. When F is summed anew, the
+error of what was extrapolated, times the interval, is that of distances: it sets the next interval.
+
+Units: times in D/Ubar, velocities in Ubar, distances in d.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from viscotrain.trains.closures import Closure
+
+SHARE = 0.01  # of the error that a step may have: so much an interval may have
+FIRST, LONGEST = 0.1, 5.0  # intervals in D/Ubar
+SAFETY, SHRINK, GROW = 0.8, 0.2, 2.0  # limits of the next interval over the last one
+MOMENT = 0.01  # D/Ubar, over which rates of change are differences
+
+
+class FarField:
+    """F of the spheres in a channel, trailing sphere first.
+
+    Args:
+        closure: Velocities of trains.
+        confinement: d/D.
+        tolerance: Of Euler's distances in one step, in d; `motion.TOLERANCE`.
+        distance: Of the neighbours at the start, in d, shape (N - 1,).
+    """
+
+    def __init__(self, closure: Closure, confinement: float, tolerance: float, distance: NDArray):
+        self._closure = closure
+        self._allowed = SHARE * tolerance * confinement  # Ubar times D/Ubar
+        self._known = closure.far(distance)
+        self._rate = np.zeros(self._known.size)
+        self._age, self._interval = 0.0, FIRST
+        self._entered: NDArray | None = None  # what the last sphere did when it entered
+        self._summed = True  # whether F was, without its rate of change
+
+    def after(self, time: float) -> NDArray:
+        """F in Ubar, shape (N,), a time after the present one."""
+        return self._known + (self._age + time) * self._rate
+
+    def follow(self, distance: NDArray, change: NDArray):
+        """Take how distances change, in d per D/Ubar, where rates of F are not known yet."""
+        if self._summed:
+            ahead = self._closure.far(distance + MOMENT * change)
+            self._rate = (ahead - self._known) / MOMENT
+        elif self._entered is not None:
+            size = self._entered.size
+            near = distance[: size - 1] + MOMENT * change[: size - 1]
+            more = (self._by_the_first(near) - self._entered) / MOMENT
+            self._rate[:size] += more
+            self._known[:size] -= self._age * more
+        self._summed, self._entered = False, None
+
+    def advance(self, time: float, distance: NDArray):
+        """Go on by a time, at the end of which neighbours have these distances."""
+        self._age += time
+        if self._age < self._interval or not self._known.size:
+            return
+        found = self._closure.far(distance)
+        error = float(np.max(np.abs(found - self.after(0.0)))) * self._age
+        factor = SAFETY * math.sqrt(self._allowed / error) if error > 0 else GROW
+        self._interval = min(self._age * min(max(factor, SHRINK), GROW), LONGEST)
+        self._known, self._age, self._summed = found, 0.0, True
+
+    def enter(self, distance: NDArray):
+        """Take in a trailing sphere; distances are with it."""
+        self._entered = self._by_the_first(distance[: self._reached(distance)])
+        self._known = np.concatenate([[0.0], self._known])
+        self._rate = np.concatenate([[0.0], self._rate])
+        self._known[: self._entered.size] += self._entered
+
+    def leave(self, distance: NDArray):
+        """Let the leading sphere go; distances are those before."""
+        near = distance[max(0, distance.size - self._reached(distance[::-1])) :]
+        change = self._closure.far(near[:-1]) - self._closure.far(near)[:-1]
+        self._known, self._rate = self._known[:-1], self._rate[:-1]
+        self._known[self._known.size - change.size :] += change
+
+    def _by_the_first(self, distance: NDArray) -> NDArray:
+        """What F of some spheres at these distances is by the trailing one, and its own."""
+        change = self._closure.far(distance)
+        change[1:] -= self._closure.far(distance[1:])
+        return change
+
+    def _reached(self, distance: NDArray) -> int:
+        """How many distances, from the first one on, the first sphere has to do with."""
+        behind = distance[1:].cumsum()  # as the outer sphere it is felt up to here
+        return int(np.searchsorted(behind, self._closure.reach)) + 2
