@@ -1,13 +1,16 @@
 import itertools
 import math
+from types import SimpleNamespace
 
+import jinja2
 import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 import yaml
-from harness import CONFIG, output, run_script
+from harness import CONFIG, ROOT, output, run_script
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 from synthetic import DEMO_NODES, SINGLE, at_deborah, dns_result, relative, triplet
 
@@ -17,6 +20,7 @@ from viscotrain.jobs import datasets, drawings
 from viscotrain.table.assembly import combine
 from viscotrain.table.check import check_errors
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.trains import injection
 from viscotrain.trains.closures import EverySphere
 from viscotrain.trains.motion import chain_motion
 from viscotrain.trains.repeats import run_repeats
@@ -467,6 +471,38 @@ def test_colours_and_markers_are_those_of_the_numbers_not_of_their_place_in_a_li
     for own, one in zip(together, looks, strict=True):
         assert one["color"].tolist() == own.tolist()
     assert len(np.unique(together, axis=0)) == len({one["marker"] for one in looks}) == len(values)
+
+
+def test_every_law_of_injection_has_words_in_figures_and_captions():
+    assert set(conventions.INJECTIONS) == set(injection.INJECTIONS)
+    captions = [path.read_text("utf-8") for path in (ROOT / "workflow" / "report").glob("*.rst")]
+    naming = [words for words in captions if "Spheres enter {{" in words]
+    assert len(naming) > 5
+    for law, words in conventions.INJECTIONS.items():
+        job = SimpleNamespace(
+            config={"trains": {"injection": law}, "channel": {}},
+            wildcards=SimpleNamespace(deborah=5, volume_fraction=0.004),
+        )
+        assert all(words in jinja2.Template(own).render(snakemake=job) for own in naming)
+
+
+def test_what_counts_as_ordered_has_one_line_and_its_number():
+    axes = Figure().add_subplot()
+    line = conventions.draw_ordered(axes, 0.25)
+    assert line.get_label() == "counts as ordered: CV \N{LESS-THAN OR EQUAL TO} 0.25"
+    assert set(line.get_ydata()) == {0.25}
+    assert line.get_linestyle() != axes.axhline(1, **conventions.CHANNEL).get_linestyle()
+
+
+def test_numbers_have_so_many_digits_and_no_powers_of_ten():
+    values = (0.6266, 12.31, 1738.0, 2e6, 3.0)
+    assert [conventions.in_digits(value) for value in values] == [
+        "0.63",
+        "12",
+        "1700",
+        "2000000",
+        "3",
+    ]
 
 
 def test_quantities_have_families_of_colours_of_their_own():

@@ -90,13 +90,7 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
         draw_closer_than_table(axes, velocities.smallest_distance)
         _draw_holes(axes, missing)
         _draw_inaccurate(axes, rough)
-        axes.set_title(
-            rf"gap of middle and {who} sphere, $U_{n + 2} - U_{n + 1}$", loc="left", pad=7
-        )
-        axes.set(aspect="equal", xlim=(0, 1), ylim=(0, 1))
-        axes.set(xlabel="distance to the trailing sphere, $s_p$ [$d$]")
-        distance_axis(axes.xaxis)
-        distance_axis(axes.yaxis)
+        _finish(axes, rf"gap of middle and {who} sphere, $U_{n + 2} - U_{n + 1}$")
     panels[0].set_ylabel("distance to the leading sphere, $s_f$ [$d$]")
     _signed_colour_bar(
         figure,
@@ -106,6 +100,14 @@ def relative_velocities(table: xr.Dataset, deborah: float, confinement: float) -
     )
     _legend_below(figure, bool(missing), crosses, None if missing else error, bool(rough))
     return Drawing(figure, data)
+
+
+def _finish(axes: Axes, title: str):
+    axes.set_title(title, loc="left", pad=7)
+    axes.set(aspect="equal", xlim=(0, 1), ylim=(0, 1))
+    axes.set(xlabel="distance to the trailing sphere, $s_p$ [$d$]")
+    distance_axis(axes.xaxis)
+    distance_axis(axes.yaxis)
 
 
 def _relative_velocity_data(s, surface, sp, sf, nodes, deborah) -> xr.Dataset:
