@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from viscotrain.drawing.conventions import CHANNEL, FRACTION_AXES
+from viscotrain.drawing.conventions import CHANNEL, FRACTION_AXES, MEAN_SPACING
 from viscotrain.drawing.style import (
     GREY,
     PAGE,
@@ -91,7 +91,7 @@ def draw_velocities(found: xr.Dataset) -> Drawing:
     panels[0, 0].set_ylabel("relative velocity of a pair,\n$|U|/(d/D)^4$ [$\\bar{U}$]")
     panels[1, 0].set(ylim=POWERS, ylabel="power of $d/D$ that fits best")
     smallest = float(found["confinement"][0])
-    words = f"fitted to $d/D$ from {smallest:g} to that of the colour (with 95 %)"
+    words = f"fitted to $d/D$ from {smallest:g} to that of the colour (errors: 95 %)"
     panels[1, 0].set_title(words, loc="left")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     handles += [Line2D([], [], color="black"), Line2D([], [], color="black", **ATTRACTION)]
@@ -247,7 +247,7 @@ def draw_maps(maps: Sequence[xr.Dataset]) -> Drawing:
         place = {"transform": axes.get_yaxis_transform(), "ha": "right", "va": "bottom"}
         axes.text(0.98, 1.03, "as they enter", color=GREY, fontsize=SMALL, **place)
         axes.set_title(f"De = {De:g}", loc="left")
-        axes.set(xscale="log", xlabel="mean spacing at the outlet [$d$]")
+        axes.set(xscale="log", xlabel=rf"mean spacing at the outlet, ${MEAN_SPACING}$ [$d$]")
         axes.set_xticks(SPACINGS, [f"{s:g}" for s in SPACINGS])
         axes.xaxis.set_minor_formatter(NullFormatter())
         spacing = table["mean_spacing_d"]

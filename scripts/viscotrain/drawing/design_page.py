@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from viscotrain.drawing.conventions import draw_ordered
+from viscotrain.drawing.conventions import MEAN_SPACING, draw_ordered
 from viscotrain.drawing.style import MARKER_SIZE, PAGE, SMALL, Drawing, deborah_look, styled
 from viscotrain.trains.design import NO, PARTLY_YES, YES
 from viscotrain.trains.design_answer import VERDICTS, Answer, Device
@@ -133,7 +133,7 @@ def draw_design(found: pd.DataFrame, device: Device) -> Drawing:
             "arrowprops": {"arrowstyle": "-"},
         }
         axes.annotate("best", (best["spacing_d"], best[name]), **place, **box)
-        axes.set(xlabel="mean distance of neighbours at the outlet [$d$]")
+        axes.set(xlabel=rf"mean spacing at the outlet, ${MEAN_SPACING}$ [$d$]")
         axes.margins(x=0.1)
     draw_ordered(left, device.wanted.ordered_variation)
     left.set(ylabel="CV of the spacing at the outlet", ylim=(0, None))
