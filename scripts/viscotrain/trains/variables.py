@@ -31,8 +31,7 @@ def with_errors(
         dataset: Holds the statistic, as a single number, and what is known of its `_halfwidth`
             and `_model_error`.
         name: Of the statistic.
-        decimals: Of the number; errors that would round to 0 have up to two more,
-            or are said to be below the last one.
+        decimals: Of the number; errors that would round to 0 have up to two more.
         factor: 100 for per cent.
         between: What stands between them.
 
@@ -47,6 +46,5 @@ def with_errors(
         error = factor * float(dataset[name + end]) if name + end in dataset else math.nan
         if math.isfinite(error):
             shown = (f"{error:.{decimals + more}f}" for more in range(3))
-            below = f"<{10.0**-decimals:.{decimals}f}"
-            words.append(next((text for text in shown if float(text) > 0), below))
+            words.append(next((text for text in shown if float(text) > 0), "0"))
     return between.join(words)
