@@ -123,6 +123,20 @@ def test_scaled_velocities_of_all_diameters_lie_on_one_curve():
     np.testing.assert_allclose(one["scaled_velocity_Ubar"], CURVE)
 
 
+def test_what_is_not_known_leaves_its_panels_empty():
+    """No velocity is above its error, no train orders; pictures are made all the same."""
+    nothing = found()
+    nothing["relative_velocity_error"] += 1.0
+    nothing["shortest_ordering_length"][:] = np.inf
+    nothing["exponent"][:], nothing["collapse_nearest"][:] = np.nan, np.nan
+    for drawing in (draw_velocities(nothing), draw_lengths(nothing, 800.0)):
+        drawing.figure.canvas.draw()
+    disordered = order(0.1).assign(ordering_length=lambda own: 0 * own["ordering_length"] + np.inf)
+    draw_orders(
+        [disordered.assign(stability=disordered["stability"] * 0)], 800.0
+    ).figure.canvas.draw()
+
+
 def test_the_power_has_its_error_and_a_bar_where_one_holds():
     below = draw_velocities(found()).figure.axes[3]
     assert [container.lines[0].get_ydata()[0] for container in below.containers] == [3.9, 3.9]

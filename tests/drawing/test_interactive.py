@@ -248,7 +248,7 @@ def test_statistics_of_a_train_have_both_errors():
         expected = float(train[f"spacing_variation{end}"][1])
         assert float(number) == pytest.approx(expected, abs=6e-4)
     rate = float(train["injection_rate"]) * 10  # Ubar/D = De/lambda_1 = 10 per second
-    assert f"random (Poisson), {in_digits(rate)} per second" in item["entry"]
+    assert f"random (Poisson), {in_digits(rate)} spheres per second" in item["entry"]
 
 
 HOSTILE = (

@@ -84,10 +84,11 @@ def draw_velocities(found: xr.Dataset) -> Drawing:
         _draw_power(below, found.sel(deborah=De))
         below.set_xlabel(r"gap between the surfaces, $\xi$ [$D$]")
     xi = found["surface_distance"].values
-    panels[0, 0].set(xscale="log", yscale="log", xlim=(xi[0], xi[-1]))
+    panels[0, 0].set(xscale="log", xlim=(xi[0], xi[-1]))
     panels[0, 0].xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    # or nothing is above its error
     if np.isfinite(largest := float(np.abs(_scaled(found.sel(deborah=shown))).max())):
-        panels[0, 0].set_ylim(LEAST * largest, 2 * largest)  # or nothing is above its error
+        panels[0, 0].set(yscale="log", ylim=(LEAST * largest, 2 * largest))
     panels[0, 0].set_ylabel("relative velocity of a pair,\n$|U|/(d/D)^4$ [$\\bar{U}$]")
     panels[1, 0].set(ylim=POWERS, ylabel="power of $d/D$ that fits best")
     smallest = float(found["confinement"][0])
@@ -207,7 +208,7 @@ def draw_orders(found: Sequence[xr.Dataset], length: float) -> Drawing:
         axes.axhline(length, **CHANNEL, label=f"channel, {length:g} $D$")
         finite = table["ordering_length_D"].where(table["stability"] >= 0)
         lowest = finite[np.isfinite(finite)].min()
-        axes.set(yscale="log", ylim=(min(lowest, length) / 2, LONGEST * length))
+        axes.set(yscale="log", ylim=(np.fmin(lowest, length) / 2, LONGEST * length))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.set_title(f"De = {De:g}", loc="left", pad=6 + 7.5 * len(parts))
     first = panels[0][0]

@@ -319,7 +319,7 @@ def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
     known = De > 0 and De in units["deborah"].values
     enter = f"{rate:.2g} in a time D/\N{LATIN CAPITAL LETTER U WITH MACRON}"
     if known:
-        enter = f"{in_digits(rate / float(units['time'].sel(deborah=De)))} per second"
+        enter = f"{in_digits(rate / float(units['time'].sel(deborah=De)))} spheres per second"
     touching = 100 * float(train["touching_share_injected"])
     injected = float(train["spacing_variation_injected"])
     law = INJECTIONS.get(train.attrs["injection"], train.attrs["injection"])
