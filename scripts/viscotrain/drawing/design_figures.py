@@ -106,7 +106,7 @@ def _draw_feed(axes: Axes, data: pd.DataFrame):
     axes.set_xticks(range(len(mean)), [f"{De:g}" for De in mean.index])
     axes.set(xlabel="De", ylabel=r"$\phi_{feed}/\phi$", xlim=(-0.5, len(mean) - 0.5))
     axes.margins(y=0.3)
-    axes.set_title(r"to have $\phi$ in the channel, pour in $\phi_{feed}$", loc="left")
+    axes.set_title(r"what to pour in, $\phi_{feed}$", loc="left")
 
 
 def _laws(dataset: xr.Dataset) -> list[tuple[float, str, str]]:
