@@ -206,8 +206,8 @@ def rows(
                 "d/D": f"{beta:g}",
                 "d [um]": f"{MICROMETRES * float(units[n]['particle_diameter']):.3g}",
                 "De": f"{De:g}",
-                "orders along [D]": f"{length:.3g}" if orders else "never",
-                "[cm]": f"{cm * length:.3g}" if orders else "-",
+                "orders along [D]": f"{float(f'{length:.3g}'):.0f}" if orders else "never",
+                "[cm]": f"{float(f'{cm * length:.3g}'):g}" if orders else "-",
                 "at s [d]": f"{float(own['shortest_ordering_length_spacing']):.2f}"
                 if orders
                 else "-",
