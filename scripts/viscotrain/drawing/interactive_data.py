@@ -24,22 +24,20 @@ from viscotrain.drawing.conventions import (
     SIGNED,
     beyond,
     distance_coordinate,
-    in_digits,
-    largest_error,
     power_of_ten,
 )
 from viscotrain.drawing.relative_velocities import WIDEST
 from viscotrain.drawing.style import BLUE, VERMILLION, deborah_look
-from viscotrain.drawing.train_figures import WIDE_AND_CLOSE
+from viscotrain.drawing.train_figures import DARKEST, WIDE_AND_CLOSE
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table.attributes import ERRORS, INTERPOLATED
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
 from viscotrain.table.memory import largest
 from viscotrain.table.pairs import pair_velocity, tabulated_pair_velocity
-from viscotrain.table.points import holes
+from viscotrain.table.points import holes, largest_error
 from viscotrain.trains.design_map import BAR
 from viscotrain.trains.statistics import TOUCHING
-from viscotrain.trains.variables import unequal, with_errors
+from viscotrain.trains.variables import amounts_in_words, in_digits, unequal, with_errors
 from viscotrain.words import CONTACT, INACCURATE, NEGLIGIBLE, PAIRS, PARTICLES
 
 GRID = 81  # points of the interpolant per axis
@@ -85,7 +83,7 @@ def page_data(
         "colours": {
             "signed": _scale(SIGNED),
             "signed_dark": _even(DARK_SIGNED),
-            "wide": _scale(WIDE_AND_CLOSE, 0.12),
+            "wide": _scale(WIDE_AND_CLOSE, DARKEST),
             "lengths": _scale(ORDERING),
             "sphere": BLUE,
             "touching": VERMILLION,
@@ -315,7 +313,7 @@ def _train(train: xr.Dataset, units: xr.Dataset, errors: dict[float, float]) -> 
 def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
     """What enters, and by which law."""
     De, rate = float(train["deborah"]), float(train["injection_rate"])
-    phi, feed = (100 * float(train[f"{at}volume_fraction"]) for at in ("", "feed_"))
+    phi, feed = amounts_in_words(train)
     known = De > 0 and De in units["deborah"].values
     enter = f"{rate:.2g} in a time D/\N{LATIN CAPITAL LETTER U WITH MACRON}"
     if known:
@@ -324,7 +322,7 @@ def _entry(train: xr.Dataset, units: xr.Dataset) -> str:
     injected = float(train["spacing_variation_injected"])
     law = INJECTIONS.get(train.attrs["injection"], train.attrs["injection"])
     return (
-        f"Spheres are {phi:.2g} % of the volume in the channel, {feed:.2g} % in the feed. "
+        f"Spheres are {phi} % of the volume in the channel, {feed} % in the feed. "
         f"Injection: {law}{unequal(train)}, {enter}; this makes a CV of {injected:.2f} and "
         f"{touching:.1f} % touching spheres."
     )

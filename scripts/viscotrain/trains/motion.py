@@ -149,14 +149,14 @@ class Channel:
             longest: Duration of the step, at most.
             far: What spheres behind the neighbours add; None: sum it.
         """
-        velocity, start = self.motion(y, far and far.after(0.0))
+        velocity, start = self.motion(y, far.after(0.0) if far else None)
         change = np.exp(y[1:]) * start[1:]
         self.fastest = float(np.max(self.confinement * np.abs(change), initial=self.fastest))
         if far:
             far.follow(self.distances(y), change)
         while True:
             duration = min(longest, self._trial)
-            _, end = self.motion(y + duration * start, far and far.after(duration))
+            _, end = self.motion(y + duration * start, far.after(duration) if far else None)
             step = Step(y, start, end, duration)
             error = step.error(self.tolerance)
             factor = min(max(SAFETY / math.sqrt(error), SHRINK), GROW) if error > 0 else GROW
