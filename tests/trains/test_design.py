@@ -12,7 +12,7 @@ from synthetic import BETA, SINGLE, at_deborah, triplet
 from viscotrain.drawing import design_page
 from viscotrain.fluid.channel import CrossSection
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains import design, design_answer, order
+from viscotrain.trains import design, design_answer, design_conditions, order
 from viscotrain.trains.closures import CLOSURES
 from viscotrain.trains.design import NO, PARTLY_YES, YES
 from viscotrain.trains.repeats import run_repeats
@@ -38,19 +38,19 @@ def simulated(phi, passages=30, repeats=2):
 
 def test_spacings_and_a_rate_are_volume_fractions():
     own = {"isolated": SINGLE, "confinement": BETA}
-    found = design.volume_fractions([3.0, 4.0], rate=None, section=CrossSection(), **own)
+    found = design_conditions.volume_fractions([3.0, 4.0], rate=None, section=CrossSection(), **own)
     assert found == pytest.approx([2 / 3 * BETA**2 / 3, 2 / 3 * BETA**2 / 4])
-    found = design.volume_fractions([3.0], rate=None, section=SQUARE, **own)
+    found = design_conditions.volume_fractions([3.0], rate=None, section=SQUARE, **own)
     assert found == pytest.approx([math.pi / 6 * BETA**2 / 3])
     # the train of this fraction has this rate: one bead per s* d, at U_p
     s = 5.0
     rate = SINGLE / (s * BETA)
-    *_, phi = design.volume_fractions([3.0], rate=rate, section=CrossSection(), **own)
+    *_, phi = design_conditions.volume_fractions([3.0], rate=rate, section=CrossSection(), **own)
     train = simulated(phi, passages=20, repeats=1)
     assert float(train["injection_rate"]) == pytest.approx(rate, rel=1e-12)
     assert float(train["mean_spacing_law"]) == pytest.approx(s, rel=1e-12)
     for s in (1.4, 100.0):  # closer than the model is good for; too far to feel each other
-        (phi,) = design.volume_fractions(
+        (phi,) = design_conditions.volume_fractions(
             [], rate=SINGLE / (s * BETA), section=CrossSection(), **own
         )
         assert math.isnan(phi)
@@ -149,6 +149,12 @@ def finished(found: pd.DataFrame) -> pd.DataFrame:
     )
 
 
+def _remedies(found, variation):
+    """What the answer says of three devices, one of which helps."""
+    others = {"worse": 0.4, design.LONGER: 0.35, "other": 0.29}
+    return design_answer.answer(found, [], others, device(variation=variation)).remedies
+
+
 def test_the_answer_says_what_was_found(trains):
     found = finished(ranked(trains, rate=200.0))
     own = device(bead_rate=200.0)
@@ -164,6 +170,13 @@ def test_the_answer_says_what_was_found(trains):
     assert any("beads vary by 2 %" in line and "at most 1 %" in line for line in answer.limits)
     assert "De = 5: no room" in answer.limits
     assert answer.remedies[0] == "less: CV 0.30 -> 0.05, by the linear law"
+    assert _remedies(found, 0.02) == [
+        "other: CV 0.30 -> 0.29, by the linear law",
+        f"{design.LONGER} would not help: CV 0.30 -> 0.35, by the linear law; beads of different "
+        "size go on drifting apart",
+        "worse would not help: CV 0.30 -> 0.40, by the linear law",
+    ]
+    assert _remedies(found, 0.0)[1].endswith("by the linear law; it does not order")
     assert "a note" in answer.notes
     beyond = finished(ranked(trains, ["", "too fast"], rate=200.0))
     own = device(bead_rate=200.0)

@@ -8,7 +8,7 @@ import xarray as xr
 from harness import ROOT
 from synthetic import PAPER_NODES, relative, slowing, superposed, triplet
 
-from viscotrain.errors import TableError
+from viscotrain.errors import TableError, TrainError
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import order, tolerance
 from viscotrain.trains.closures import CLOSURES, EverySphere, Nearest, make_closure
@@ -240,3 +240,10 @@ def test_one_train_in_words():
     assert "s = 3 d (phi = 0.889 % in a tube)" in text
     assert "the train is stable" in text
     assert "after 1, 3, 10 l" in text
+
+
+@pytest.mark.parametrize("spacing", [0.9, 1.0, math.nan])
+def test_a_train_closer_than_contact_is_refused(spacing):
+    table = VelocityTable.open(ROOT / "docs" / "study" / "velocity_table.nc")
+    with pytest.raises(TrainError, match=r"allowed: above 1 \(contact\)"):
+        order.of_one_train(table, 5.0, spacing)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
-from viscotrain.trains.design import BEST, NO, PARTLY_YES, YES
+from viscotrain.trains.design import BEST, LONGER, NO, PARTLY_YES, YES
 from viscotrain.trains.tolerance import Wanted
 from viscotrain.trains.variables import rate_in_words
 
@@ -102,7 +102,7 @@ def answer(
         verdict=_verdict(found, device),
         best=[_condition(row, device) for row in found.head(BEST).itertuples()],
         limits=_limits(best, device) + list(not_tried),
-        remedies=_remedies(best, remedies),
+        remedies=_remedies(best, remedies, device),
         notes=[*_notes(device), *notes],
     )
 
@@ -194,11 +194,22 @@ def _limits(best: pd.Series, device: Device) -> list[str]:
     return lines
 
 
-def _remedies(best: pd.Series, remedies: Mapping[str, float]) -> list[str]:
+def _remedies(best: pd.Series, remedies: Mapping[str, float], device: Device) -> list[str]:
     """Other devices for the same flow and mean spacing, the one with the least CV first."""
     now = best["variation_by_linear_law"]
     ranked = sorted(remedies.items(), key=lambda item: item[1])
-    return [f"{name}: CV {now:.2f} -> {after:.2f}, by the linear law" for name, after in ranked]
+    return [_remedy(name, now, after, device) for name, after in ranked]
+
+
+def _remedy(name: str, now: float, after: float, device: Device) -> str:
+    """What another device would change, and why if it would not help."""
+    change = f"CV {now:.2f} -> {after:.2f}, by the linear law"
+    if after < now:
+        return f"{name}: {change}"
+    why = (
+        "beads of different size go on drifting apart" if device.variation else "it does not order"
+    )
+    return f"{name} would not help: {change}" + (f"; {why}" if name == LONGER else "")
 
 
 def _notes(device: Device) -> list[str]:

@@ -42,11 +42,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import ive
 
+from viscotrain.errors import TrainError
 from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.points import incomplete
 from viscotrain.trains.closures import CLOSURES, Closure
-from viscotrain.words import MIDDLE
+from viscotrain.words import CONTACT, MIDDLE
 
 SHIFT = 1e-3  # d: far less than the distances over which velocities change
 FARTHEST_FELT = 60.0  # d from the sphere that is moved
@@ -265,7 +266,13 @@ def summary(found: xr.Dataset, length: float) -> str:
 
 
 def of_one_train(table: VelocityTable, deborah: float, spacing: float) -> str:
-    """A few lines about one spacing in d."""
+    """A few lines about one spacing in d.
+
+    Raises:
+        TrainError: Spheres of this spacing overlap.
+    """
+    if not spacing > CONTACT:
+        raise TrainError(f"spacing is {spacing:g} d; allowed: above {CONTACT:g} (contact)")
     beta = table.confinement
     answer = response(CLOSURES["every_sphere"](table.at(deborah)), spacing)
     length = ordering_length(answer, beta)
@@ -287,7 +294,10 @@ def of_one_train(table: VelocityTable, deborah: float, spacing: float) -> str:
 
 
 ATTRIBUTES: dict[str, dict] = {
-    "spacing": {"long_name": "distance of neighbours, centre to centre over diameter"},
+    "spacing": {
+        "long_name": "distance of neighbours, centre to centre over diameter",
+        "units": "1",
+    },
     "wave_number": {"long_name": "phase of a disturbance between neighbours", "units": "radian"},
     "volume_fraction": {"long_name": "volume fraction of spheres in the channel", "units": "1"},
     "confinement": {"long_name": "sphere diameter over channel diameter", "units": "1"},

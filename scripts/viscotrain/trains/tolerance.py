@@ -223,15 +223,16 @@ def of_condition(
     own = law(answer, beta, size_response(table, deborah).value, wanted.length)
     initial = injected_variation(model, wanted.injection, beta, phi, wanted.section)
     after = float(own.variation(initial, 0))
-    equal = f"{name}: equal spheres, CV {initial:.2f} -> {after:.2f}"
+    equal = f"{name}: equal spheres, CV {initial:.2f} -> {after:.2f} by the linear law"
     if math.isnan(own.by_size):
         return f"{equal}; the table does not say what diameters change"
     may = [_per_cent(float(own.largest(start, wanted.ordered_variation))) for start in (initial, 0)]
-    return f"{equal}; diameters may vary by {may[0]}, by {may[1]} if spheres enter evenly"
+    even = f"by {may[1]} if spheres enter evenly"
+    return f"{equal}, which knows no close pairs; diameters may vary by {may[0]}, {even}"
 
 
 def _per_cent(variation: float) -> str:
-    return f"{100 * variation:.2g} %" if variation > 0 else "nothing, it does not order"
+    return f"{100 * variation:.2g} % at most" if variation > 0 else "nothing, it does not order"
 
 
 def of_one_train(
