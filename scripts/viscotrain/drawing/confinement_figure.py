@@ -185,7 +185,8 @@ def draw_lengths(found: xr.Dataset, length: float) -> Drawing:
         axes.set_xticks(beta, [f"{value:g}" for value in beta])
         axes.xaxis.set_minor_formatter(NullFormatter())
     left.legend()
-    return Drawing(figure, own.to_dataframe().reset_index())
+    units = {names[0]: f"{names[0]}_D"}
+    return Drawing(figure, own.to_dataframe().reset_index().rename(columns=units))
 
 
 @styled
