@@ -91,6 +91,9 @@ def droplets(trains, single):
             "volume_fraction": ("condition", [float(t["volume_fraction"]) for t in trains]),
             "last_station": ("condition", np.ones(count)),
             "best_single": ("condition", shares[:, 1]),
+            "best_single_halfwidth": ("condition", 0 * shares[:, 1] + 0.01),
+            "occupancy_halfwidth": (("condition", "count"), 0 * shares + 0.02),
+            "poisson_occupancy": (("condition", "count"), 0 * shares + 0.2),
             "best_frequency_ratio": ("condition", np.ones(count)),
             "occupancy": (("condition", "count"), shares),
         }
@@ -162,7 +165,7 @@ def test_the_answer_says_what_was_found(trains):
     assert answer.verdict.startswith(design_answer.VERDICTS[found["forms"][0]])
     assert "Beads of 20 um (variation 2 %) in a square duct, 100 um wide, d/D = 0.2" in text
     assert "0.4 cm long (40 D); wanted: 200 beads/s" in text
-    assert f"{found['feed_percent'][0]:.3g} % in the feed, 200 beads/s" in answer.best[0]
+    assert f"{found['feed_percent'][0]:.2g} % in the feed, 200 beads/s" in answer.best[0]
     assert "1 cm (100 D), longer than the channel of 0.4 cm" in text
     assert any("beads vary by 2 %" in line and "at most 1 %" in line for line in answer.limits)
     assert "De = 5: no room" in answer.limits
@@ -204,6 +207,46 @@ def test_remedies_are_those_of_the_linear_law():
     (alone,) = design.with_linear_law(row, table, wanted, 0.0)["variation_by_linear_law"]
     assert found[half] == pytest.approx(np.hypot(alone, found[even] / 2), rel=1e-9)
     assert found[larger] < best["variation_by_linear_law"]
+
+
+def test_the_figure_shows_the_answer_and_what_is_not_valid(trains):
+    """The best one is named; hollow where not valid; a ring at the rate that is wanted."""
+    found = finished(ranked(trains, ["", "too fast"], rate=200.0, droplet_frequency=200.0))
+    own = device(bead_rate=200.0, droplet_frequency=200.0)
+    figure = design_page.draw_design(found, own).figure
+    left, right = figure.axes
+    for axes, name in ((left, "variation"), (right, "single_percent")):
+        (note,) = [text for text in axes.texts if text.get_text() == "best"]
+        assert note.xy == (found["spacing_d"][0], found[name][0])
+        hollow = [
+            line
+            for line in axes.lines
+            if str(line.get_markerfacecolor()) == "white" and len(line.get_xdata())
+        ]
+        (at,) = found.index[found["reason"] == "too fast"]
+        assert [line.get_ydata().tolist() for line in hollow] == [[found[name][at]]]
+        (ring,) = [
+            line for line in axes.lines if line.get_markersize() == 9 and len(line.get_xdata())
+        ]
+        assert ring.get_ydata().tolist() == found[name][found["has_wanted_rate"]].tolist()
+    (bars,) = right.containers
+    low, high = bars.lines[2][0].get_segments()[0][:, 1]
+    assert high - low == pytest.approx(2 * 2.0)  # 2 % of sampling, no other error is known
+    title = figure.get_suptitle()
+    assert design_answer.VERDICTS[found["forms"][0]] in title
+    for words in ("beads of 20 \N{MICRO SIGN}m, vary by 2 %", "= 40 $D$", "200 droplets/s"):
+        assert words in title
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"hollow: beyond a limit of validity", "ring: 200 beads/s"} < set(names)
+    shares = design.table(
+        trains,
+        conditions(trains),
+        droplets(trains, (0.4, 0.5, 0.6)),
+        bead_rate=None,
+        droplet_frequency=None,
+        ordered_variation=0.25,
+    )["single_random_percent"]
+    assert shares.tolist() == pytest.approx([100 / math.e] * 3)
 
 
 def test_the_page_escapes_loads_nothing_and_greys_what_is_not_valid(trains):

@@ -751,7 +751,8 @@ def test_two_diameters_are_compared_and_are_what_each_is_alone(project):
     summary = (folder / "summary.txt").read_text(encoding="utf-8")
     assert summary in output(done)
     assert "2 diameters of study swept" in summary
-    for name in ("confinement", "confinement_order", "confinement_design_map"):
+    drawn = ("confinement", "confinement_length", "confinement_order", "confinement_design_map")
+    for name in drawn:
         assert (folder / f"figures/{name}.png").stat().st_size > 0
     page = (folder / "interactive.html").read_text(encoding="utf-8")
     assert 'href="beta0.3/interactive.html"' in page

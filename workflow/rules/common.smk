@@ -161,6 +161,7 @@ MODULES = {
 # Figures that compare diameters.
 COMPARING = [
     "confinement",
+    "confinement_length",
     "confinement_order",
     *(["confinement_design_map"] if MAP else []),
 ]

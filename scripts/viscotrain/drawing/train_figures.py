@@ -29,7 +29,6 @@ from viscotrain.trains.variables import with_errors
 from viscotrain.words import CONTACT, NEGLIGIBLE
 
 BEYOND = 1.1  # the axis of distances, over the largest of them
-OCTAVES = 2  # of distances, on the page
 WIDE_AND_CLOSE = "PuOr_r"
 DARKEST = 0.12  # of it at both ends is left out, where purple is as good as black
 ROUND_DISTANCES = (1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100)  # d, on the colour bar

@@ -26,6 +26,11 @@ def holes(table: xr.Dataset) -> Iterator[tuple[float, float, float]]:
             yield float(table["deborah"][k]), s, math.inf
 
 
+def incomplete(table: xr.Dataset) -> frozenset[float]:
+    """The Deborah numbers at which there is no interpolant, since the table has holes."""
+    return frozenset(De for De, *_ in holes(table))
+
+
 def count(table: xr.Dataset) -> int:
     """Points (De, sp, sf) of the grid, and pairs at distances between its own."""
     nodes = {*table["sp"].values, *table["sf"].values}

@@ -26,6 +26,7 @@ from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.size_response import size_response
 from viscotrain.trains import order, tolerance
 from viscotrain.trains.closures import CLOSURES
+from viscotrain.trains.occupancy import RANDOM_BEST
 
 PARTLY = 0.8
 YES, PARTLY_YES, NO = "yes", "partly", "no"
@@ -64,7 +65,9 @@ def table(
     matches = np.isclose(found["beads_per_second"], bead_rate or math.nan, rtol=1e-3)
     found["has_wanted_rate"] = matches
     asked = droplet_frequency is not None
-    found["single_percent"] = found["single_asked_percent" if asked else "single_best_percent"]
+    which = "asked" if asked else "best"
+    for end in ("", "_sampling", "_random"):
+        found[f"single{end}_percent"] = found[f"single{end}_{which}_percent"]
     droplets_decide = asked or bead_rate is not None
     order_by = found["single_percent"] if droplets_decide else -found["variation"]
     rank = found.assign(
@@ -111,8 +114,12 @@ def _row(train: xr.Dataset, own: xr.Dataset, droplets: xr.Dataset, ordered: floa
         "even_percent": 100 * float(outlet["even_share"]),
         "touching_percent": 100 * float(outlet["touching_share"]),
         "single_best_percent": 100 * float(droplets["best_single"]),
+        "single_sampling_best_percent": 100 * float(droplets["best_single_halfwidth"]),
+        "single_random_best_percent": 100 * RANDOM_BEST,
         "best_droplets_per_second": best * rate,
         "single_asked_percent": 100 * float(droplets["occupancy"].values[1]),
+        "single_sampling_asked_percent": 100 * float(droplets["occupancy_halfwidth"].values[1]),
+        "single_random_asked_percent": 100 * float(droplets["poisson_occupancy"].values[1]),
         "none_asked_percent": 100 * float(droplets["occupancy"].values[0]),
         "pressure_bar": float(own["pressure_drop"]),
         "wall_shear_rate_per_second": float(own["wall_shear_rate"]),

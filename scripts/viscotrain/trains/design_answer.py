@@ -8,7 +8,6 @@ import pandas as pd
 
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.trains.design import BEST, LONGER, NO, PARTLY_YES, YES
-from viscotrain.trains.occupancy import RANDOM_BEST
 from viscotrain.trains.tolerance import Wanted
 from viscotrain.trains.variables import rate_in_words
 
@@ -149,11 +148,12 @@ def _verdict(found: pd.DataFrame, device: Device) -> str:
 def _condition(row, device: Device) -> str:
     spacing = device.particle * row.spacing_d
     words = (
-        f"{row.flow_rate_uL_per_min:.3g} uL/min (De = {row.deborah:g}), {row.feed_percent:.3g} % "
+        f"{row.flow_rate_uL_per_min:.2g} uL/min (De = {row.deborah:g}), {row.feed_percent:.2g} % "
         f"in the feed, {rate_in_words(row.beads_per_second)} beads/s: "
         f"spacing {spacing:.1f} +- {device.particle * row.spacing_d_error:.1f} um, CV "
         f"{row.variation_at_inlet:.2f} -> {_with_errors(row)}; one bead in "
-        f"{row.single_percent:.1f} % of the droplets (at random {100 * RANDOM_BEST:.1f} %); "
+        f"{row.single_percent:.0f} % of the droplets (as many at random: "
+        f"{row.single_random_percent:.0f} %); "
         f"{row.pressure_bar:.2g} bar. Trains: {row.forms}."
     )
     return words + (f" Not valid: {row.reason}." if row.reason else "")
@@ -161,7 +161,8 @@ def _condition(row, device: Device) -> str:
 
 def _with_errors(row) -> str:
     errors = (row.variation_sampling, row.variation_model)
-    return f"{row.variation:.3f}" + "".join(f" +- {e:.3f}" for e in errors if math.isfinite(e))
+    words = (f"{e:.2f}" if e >= 0.005 else "<0.01" for e in errors if math.isfinite(e))
+    return " +- ".join([f"{row.variation:.2f}", *words])
 
 
 def _limits(best: pd.Series, device: Device) -> list[str]:
