@@ -1,5 +1,7 @@
 """What a study will cost: what is done already; jobs, core-hours and memory by stage, wall time.
 
+The last lines are of targets that are asked for by name, alone: `snakemake -- design`.
+
 python scripts/estimate_cost.py --configfile config/paper.yaml --cores 2
 """
 
@@ -33,4 +35,4 @@ def main(
     print(estimate_all(job.settings, results, max(1, cores), pd.read_csv(MEASURED), job_minutes))
 
 
-run(main, settings=whole)
+run(main, settings=whole, fitted=False)

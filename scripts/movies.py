@@ -8,7 +8,7 @@ from typing import Annotated
 
 from viscotrain.config import stages
 from viscotrain.config.names import train_name
-from viscotrain.drawing import design_figures, encoding, movies
+from viscotrain.drawing import encoding, movies
 from viscotrain.jobs import datasets, drawings
 from viscotrain.jobs.entry import Film, Job, Units, folder_for, made, run
 
@@ -23,7 +23,7 @@ def main(job: Job, film: Film, units: Units, folder: Movies, figures: Figures = 
         given = seen.attrs["given"]
         train = train_name(float(seen["deborah"]), float(seen[given]), given.startswith("feed"))
         name = f"stations_{train}"
-        drawing = design_figures.stations(seen, physical)
+        drawing = movies.stations(seen, physical)
         made_by = job.attributes(f"data of the figure {name}")
         drawings.save(drawing, figures / name, made_by, note=seen.attrs.get("channel", ""))
     if not encoding.ffmpeg():

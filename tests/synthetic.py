@@ -48,7 +48,8 @@ def triplet(sp=DEMO_NODES, sf=DEMO_NODES, law=superposed):
 def at_deborah(train, deborah):
     """A train as its stage writes it, at a Deborah number of the longest mode."""
     numbers = {name: described(deborah, [], text) for name, text in DEBORAH_NUMBERS.items()}
-    return with_memory_numbers(train.assign(numbers))
+    error = described(1e-3, [], "error of relative velocities")
+    return with_memory_numbers(train.assign(numbers | {"velocity_error": error}))
 
 
 def dns_result(sp, sf, deborah=(0.0, 1.0), unsolved=()):

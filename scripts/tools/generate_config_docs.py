@@ -7,6 +7,7 @@ Usage: python scripts/tools/generate_config_docs.py [--check]
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -38,7 +39,11 @@ One YAML file describes one study. Run it with
 | `study_trains.yaml` | trains at the conditions of the study, by its finished table |
 | `square.yaml` | a square channel, by the same table |
 | `confinement.yaml` | four sphere diameters in one channel, compared; ten minutes |
+| `design.yaml` | will these beads line up? The question of the README: `snakemake -- design` |
 | `tiny.yaml` | every stage in under a minute on a coarse mesh; for tests only |
+
+`synthetic_rheology.csv` and `synthetic_spacings.csv` are examples of measured data, made by this
+program: for `fluid.data` and `trains.measured`, below.
 
 A wrong config stops the workflow before its first job, with one message that names every problem:
 
@@ -103,7 +108,8 @@ def rows(section: dict[str, Any], prefix: str) -> Iterator[tuple[str, ...]]:
 
 def as_yaml(value: Any) -> str:
     """A default value the way YAML spells it."""
-    return yaml.safe_dump(value, default_flow_style=True).partition("\n")[0]
+    text = yaml.safe_dump(value, default_flow_style=True, width=math.inf)
+    return text.removesuffix("\n").removesuffix("\n...")
 
 
 def table(body: list[tuple[str, ...]]) -> str:

@@ -59,14 +59,27 @@ def test_lines_are_the_law_and_symbols_are_simulated():
             assert (str(marks.get_markerfacecolor()) == "none") == bool(k % 2)
         levels = [line.get_ydata()[0] for line in axes.lines if len(set(line.get_ydata())) == 1]
         assert 0.25 in levels
-        assert axes.get_ylim()[1] > 1.1 * np.hypot(0.4, 0.5)
+        assert axes.get_ylim()[1] > 1.0
     (legend,) = figure.legends
     words = [text.get_text() for text in legend.get_texts()]
     assert words[:2] == [r"$\phi_{feed}$ = 0.66 %", r"$\phi_{feed}$ = 1.65 %"]
     assert words[-1] == "beads of the study"
+    assert "injection: random (uniform intervals)" in words and "injection: equally spaced" in words
+
+
+def test_a_single_volume_fraction_is_in_the_title_and_all_that_is_drawn_within_the_axes():
+    one = found().isel(condition=[0, 2])
+    one["spacing_variation_halfwidth"] = one["spacing_variation_halfwidth"] + 2.0
+    figure, data = draw_diameter_variation(one)
+    assert r"$\phi_{feed}$ = 0.66 %" in figure.get_suptitle()
+    (legend,) = figure.legends
+    assert not [text for text in legend.get_texts() if "phi" in text.get_text()]
+    high = float((data["spacing_variation"] + data["spacing_variation_halfwidth"]).max())
+    assert figure.axes[0].get_ylim()[1] > high > 2
 
 
 def test_what_is_not_known_is_said():
     figure, _ = draw_diameter_variation(found(known=False))
     assert MISSING in figure.get_suptitle()
-    assert figure.axes[0].get_ylim()[1] == pytest.approx(0.525)
+    assert figure.axes[0].get_ylim()[1] == pytest.approx(1.03)
+    assert figure.axes[0].get_ylim()[0] < 0  # symbols at zero are whole

@@ -47,7 +47,7 @@ def symbols(axes):
     """Places of all full and all open symbols."""
     found = {False: [], True: []}
     for line in axes.lines:
-        if line.get_marker() in tuple("os"):
+        if line.get_marker() in tuple("oD"):
             is_open = str(line.get_markerfacecolor()) == "none"
             found[is_open] += zip(line.get_xdata(), line.get_ydata(), strict=True)
     return found[False], found[True]
@@ -56,7 +56,7 @@ def symbols(axes):
 def test_curves_are_those_of_the_best_condition_at_its_end():
     data = found()
     left = draw_encapsulation(data).figure.axes[0]
-    assert left.get_title().startswith("De = 5")
+    assert left.get_title().startswith("the best condition: De = 5")
     for n in range(3):
         share, random = left.lines[2 * n : 2 * n + 2]
         np.testing.assert_allclose(share.get_ydata(), 100 * data["occupancy_curve"][2, n])
@@ -81,6 +81,17 @@ def test_conditions_are_where_they_belong():
     assert full == [pytest.approx((0.72, 40)), pytest.approx((0.66, 50))]
     assert inlet == [pytest.approx((0.66, 60))]
     assert right.get_title() == "all at 62.5 droplets per second"
+    assert right.get_ylim() == (30, 70)  # at random one bead in 37 % of the droplets
+    (arrow,) = right.texts
+    assert (arrow.xyann, arrow.xy) == (pytest.approx((0.66, 60)), pytest.approx((0.66, 50)))
+
+
+@pytest.mark.parametrize(("best", "words"), [(0.5, "the best droplet"), (0.6, "asked for")])
+def test_what_the_dots_are_is_said(best, words):
+    data = found()
+    data["best_single"] = ("condition", [0.4, 0.6, best])
+    (legend, _) = draw_encapsulation(data).figure.legends
+    assert any(words in text.get_text() for text in legend.get_texts())
 
 
 def test_each_at_its_best_frequency():

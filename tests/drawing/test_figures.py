@@ -25,7 +25,7 @@ from viscotrain.trains.closures import EverySphere
 from viscotrain.trains.motion import chain_motion
 from viscotrain.trains.repeats import run_repeats
 from viscotrain.trains.statistics import TOUCHING
-from viscotrain.trains.variables import rate_in_words
+from viscotrain.trains.variables import in_digits, rate_in_words
 from viscotrain.words import BEYOND_QUASI_STEADY, INACCURATE
 
 BETA, DEBORAH, INF = 0.2, (0.0, 1.0), np.inf
@@ -318,6 +318,19 @@ def test_stress_field_is_what_the_spheres_change(field):
     words = texts(figure)
     for word in ("$z$ [$D$]", "$r$ [$D$]", r"\eta_0 \bar{U}/D", "flow", "De = 0", "De = 1"):
         assert word in words
+    for word in ("as seen from sphere 2", "1 trailing", "thick line: wall"):
+        assert word in words
+    for axes, empty in zip(panels, (True, False), strict=True):
+        assert any("empty" in text.get_text() for text in axes.texts) == empty
+        assert (axes.get_ylim()[1] == 0.5) != empty  # up to the wall
+
+
+def test_colours_of_the_stress_end_where_all_but_a_hundredth_of_the_field_is():
+    """A layer at a sphere, a thousand times as strong, does not bleach the rest."""
+    field = np.append(np.linspace(-0.1, 0.1, 9999), [-100.0, 0.0, np.nan])
+    norm = stress_field._norm(field)
+    assert norm.vmax == -norm.vmin == pytest.approx(0.1)
+    assert float(norm(0.0)) == 0.5
 
 
 def test_stress_field_without_stress_or_with_missing_spheres(field):
@@ -333,11 +346,11 @@ def test_spacing_shows_every_station_with_its_measures(train):
     assert len(panels) == train.sizes["station"]
     xr.testing.assert_identical(data["spacing_density"], train["spacing_density"])
     for axes, station in zip(panels, train["station"].values, strict=True):
-        (mean,) = (line for line in axes.lines)
+        mean = axes.lines[-1]
         assert set(mean.get_xdata()) == {float(train["mean_spacing_law"])}
         words = " ".join(item.get_text() for item in axes.texts)
         assert f"$z$ = {station:g} $D$" in words
-        for word in ("mode", "CV", "touching", "within 20 %", "\N{PLUS-MINUS SIGN}"):
+        for word in ("CV", "touching", "\N{PLUS-MINUS SIGN}"):
             assert word in words
         own = train.sel(station=station)
         half, model = (
@@ -346,12 +359,12 @@ def test_spacing_shows_every_station_with_its_measures(train):
         (line,) = (line for line in words.split("\n") if line.startswith("CV"))
         found = [float(word) for word in line.removeprefix("CV ").split(" \N{PLUS-MINUS SIGN} ")]
         expected = [float(own["spacing_variation"]), half, model]
-        np.testing.assert_allclose(found, expected, rtol=0, atol=6e-4)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=6e-3)  # errors are large here
     words = texts(figure)
-    for word in ("$s^*$ [$d$]", "[$1/d$]", "De = 1", r"$\phi$ = 1 % in the channel", "2 repeats"):
+    for word in ("$s$ [$d$]", "[$1/d$]", "De = 1", r"$\phi$ = 1 % in the channel", "2 repeats"):
         assert word in words
     for word in (
-        "1.65 % in the feed",
+        "1.7 % in the feed",
         "random (uniform intervals)",
         "model error",
         "sampling error",
@@ -359,40 +372,64 @@ def test_spacing_shows_every_station_with_its_measures(train):
         assert word in words
 
 
-def test_spacing_says_where_a_distribution_is_flat(train):
-    flat = train.copy(deep=True)
-    flat["spacing_mode"][:] = np.nan
-    assert texts(figures.spacing(flat).figure).count("mode none: flat") == train.sizes["station"]
+def test_distances_are_drawn_up_to_a_tenth_beyond_the_largest(train):
+    figure, data = figures.spacing(train)
+    some = (train["spacing_density"] > 0).any("station") | (train["spacing_density_injected"] > 0)
+    bins = train["spacing_bin"]
+    largest = float(bins[some.values][-1]) + float(bins.attrs["bin_width"]) / 2
+    assert figure.axes[0].get_xlim()[1] == pytest.approx(1.1 * largest)
+    highest = data["spacing_density"] + data["spacing_density_model_error"]
+    assert figure.axes[0].get_ylim()[1] > float(highest.max())  # bars are whole
 
 
 def test_spacing_shows_what_the_injection_makes(train):
     figure, data = figures.spacing(train)
     xr.testing.assert_identical(data["spacing_density_injected"], train["spacing_density_injected"])
     variation = float(train["spacing_variation_injected"])
-    assert f"as the uniform injection makes it, CV {variation:.2f}" in texts(figure)
+    assert f"as they enter, random (uniform intervals): CV {variation:.2f}" in texts(figure)
 
 
-def test_strings_are_bars_of_shares_of_spheres_beside_the_baseline(train):
+def test_strings_are_shares_of_spheres_in_words_and_g_of_both_ends(train):
     figure, data = figures.draw("strings_De1_phi0.01", train, BETA)
-    upper, lower = figure.axes
-    for n, line in enumerate(upper.lines[1:]):
+    (axes,) = figure.axes
+    for line, n in zip(axes.lines, (0, -1), strict=False):
         np.testing.assert_array_equal(line.get_ydata(), train["pair_correlation"][n])
-    heights = np.array([bar.get_height() for bar in lower.patches]).reshape(3, -1)
-    np.testing.assert_allclose(heights, 100 * train["string_share"][:, 1:])
-    places = [bar.get_x() + bar.get_width() / 2 for bar in lower.patches]
-    assert np.abs(np.reshape(places, (3, -1)) - [2, 3, 4, 5]).max() < 0.4
-    law = lower.collections[-1].get_segments()
-    np.testing.assert_allclose(
-        [segment[0, 1] for segment in law], 100 * train["string_share_injected"][1:]
-    )
     words = texts(figure)
-    alone = 100 * float(train["string_share"][-1, 0])
-    for word in (f"singlets, at the last station: {alone:.1f} %", "doublets", "5 or more"):
+    for n in (0, -1):
+        pairs = 100 * float(train["string_share"][n, 1])
+        (line,) = (
+            line for line in words.split("\n") if f"at {40 if n else 0} $D$: doublets" in line
+        )
+        shown = float(line.split("doublets ")[1].split(" \N{PLUS-MINUS SIGN}")[0])
+        assert shown == pytest.approx(pairs, abs=0.5)
+    for word in ("model error", "sampling error", "in the feed", "enter farther apart"):
         assert word in words
-    for word in ("model error", "sampling", "in the feed", "by the injection law"):
-        assert word in words
-    for name in ("pair_correlation_model_error", "string_share_halfwidth"):
+    for name in ("pair_correlation_model_error", "string_share_halfwidth", "string_share_injected"):
         assert name in data
+
+
+def test_strings_names_only_lengths_that_there_are(train):
+    own = train.copy(deep=True)
+    own["string_share"][:] = [0.9, 0.0, 0.0, 0.0, 0.1]
+    words = texts(figures.strings(own).figure)
+    assert "strings of 5 or more 10" in words and "doublets" not in words
+    own["string_share"][:] = [1.0, 0.0, 0.0, 0.0, 0.0]
+    assert "at 0 $D$: none" in texts(figures.strings(own).figure)
+
+
+def test_the_largest_distance_at_which_spheres_enter_is_marked_where_there_is_one(train):
+    """By uniform intervals it is 2 <s> - d; spheres at random may be as far apart as they like."""
+    longest = 2 * float(train["mean_spacing_law"]) - 1
+    places = [
+        line.get_xdata()[0]
+        for line in figures.strings(train).figure.axes[0].lines
+        if len(set(line.get_xdata())) == 1
+    ]
+    width = float(train["spacing_bin"].attrs["bin_width"])
+    assert places == [pytest.approx(longest, abs=width)]
+    own = train.copy(deep=True)
+    own["spacing_density_injected"][:] = 0.01
+    assert "farther apart" not in texts(figures.strings(own).figure)
 
 
 def test_spacing_of_a_single_repeat_has_no_band():
@@ -441,16 +478,20 @@ def test_train_is_a_row_per_sphere(train):
     np.testing.assert_array_equal(s.values, y[:-1] - y[1:])  # the first sphere is the one ahead
     assert (s > 0.9).all()
     ratio, change = (axes.collections[0].get_array() for axes in figure.axes[:2])
+    low, high = figure.axes[0].collections[0].get_clim()
     law = float(train["mean_spacing_law"])
     touches = s.values < TOUCHING
     np.testing.assert_array_equal(np.ma.getmaskarray(ratio).reshape(s.shape), touches)
     drawn = np.ma.getdata(ratio).reshape(s.shape)[~touches]
-    np.testing.assert_allclose(law * 2**drawn, s.values[~touches], rtol=1e-12)
+    np.testing.assert_allclose(law * np.exp(drawn), s.values[~touches], rtol=1e-12)
+    assert law * math.exp(low) == pytest.approx(1.0)  # from contact
+    assert law * math.exp(high) == pytest.approx(s.values.max())  # to the largest distance
     since = s.values - s.values[:, :1]
     np.testing.assert_allclose(np.asarray(change).reshape(s.shape), since, atol=1e-12)
+    low, high = figure.axes[1].collections[0].get_clim()
+    assert low == -high
     for axes in figure.axes[:2]:
-        low, high = axes.collections[0].get_clim()
-        assert low == -high  # white is the mean, and no change
+        assert axes.collections[0].norm(0.0) == 0.5  # white is the mean, and no change
     for word in ("$z$ [$D$]", "[$d$]", "De = 1", r"$\phi$ = 1 %", "in order of passage"):
         assert word in texts(figure)
 
@@ -496,7 +537,7 @@ def test_what_counts_as_ordered_has_one_line_and_its_number():
 
 def test_numbers_have_so_many_digits_and_no_powers_of_ten():
     values = (0.6266, 12.31, 1738.0, 2e6, 3.0)
-    assert [conventions.in_digits(value) for value in values] == [
+    assert [in_digits(value) for value in values] == [
         "0.63",
         "12",
         "1700",
@@ -511,6 +552,22 @@ def test_quantities_have_families_of_colours_of_their_own():
     apart = np.abs(every[:, None] - every).max(-1) + np.eye(len(every))
     assert apart.min() > 0.04
     assert style.deborah_colour(0).tolist() == [0, 0, 0, 1]
+
+
+def test_changes_below_the_error_of_the_velocities_are_hatched(train):
+    """E t/beta after a time t, in d: nothing where E is 0 but the entry, all where it is large."""
+    for error, share in ((0.0, 0.0), (10.0, 1.0)):
+        figure, data = figures.train(train.assign(velocity_error=error))
+        since = train["track_time"] - train["track_time"].isel(track_station=0)
+        expected = error * since.mean("track_sphere") / BETA
+        np.testing.assert_allclose(data["track_error"], expected)
+        spans = [
+            np.ptp(path.vertices[:, 0])
+            for drawn in figure.axes[1].collections[1:]
+            for path in drawn.get_paths()
+        ]
+        rows = train.sizes["track_sphere"] - 1
+        assert sum(spans) / rows / 40 == pytest.approx(share, abs=0.05)
 
 
 def test_figures_are_as_wide_as_a_column_or_a_page(table, train, field):
@@ -600,8 +657,8 @@ def test_the_spacing_law_of_a_duct_stands_in_the_figure_of_its_spacings(train):
     def law(data):
         return data.figure.legends[0].get_texts()[0].get_text()
 
-    assert r"$\frac{2}{3}\,(d/D)^2/\phi$" in law(figures.spacing(train))
+    assert r"$\frac{2}{3}\,d\,(d/D)^2/\phi$" in law(figures.spacing(train))
     square = CrossSection(RECTANGLE)
     own = train.assign(mean_spacing_law=train["mean_spacing_law"] * math.pi / 4)
     words = law(figures.spacing(own.assign_attrs(square.attributes)))
-    assert f"equally spaced: ${math.pi / 6:.3f}\\,(d/D)^2" in words
+    assert f"equally spaced: ${math.pi / 6:.3f}\\,d\\,(d/D)^2" in words

@@ -53,7 +53,7 @@ def test_points_are_at_the_station_where_they_were_measured(trains, compared):
     words = [axes.texts[-1].get_text() for axes in panels]
     distance = float(compared["ks_distance"][1])
     assert "measured" not in words[0]
-    assert f"measured 4: KS {distance:.3f}, p = " in words[1]
+    assert f"measured 4: KS {distance:.2f}, p = " in words[1]
     legend = [text.get_text() for text in drawing.figure.legends[0].get_texts()]
     assert "measured, \N{PLUS-MINUS SIGN} root of the count" in legend
     assert drawing.data["ks_distance"].equals(compared["ks_distance"])

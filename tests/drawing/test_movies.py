@@ -13,13 +13,15 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from matplotlib.collections import EllipseCollection
 from matplotlib.colors import to_hex
-from matplotlib.patches import Circle
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from PIL import Image
 from synthetic import PAPER_NODES, at_deborah, superposed, triplet
 
-from viscotrain.drawing import canvas, encoding, figures, movies, scale_bar, style
+from viscotrain.drawing import encoding, figures, movies, style, windows
 from viscotrain.fluid.channel import ROUND
 from viscotrain.table.size_response import SizeResponse
 from viscotrain.trains import films, statistics
@@ -72,6 +74,27 @@ def data(film):
     return movies.labelled(film, UNITS)
 
 
+class View:
+    """A window in frames so many pixels wide: which columns it has, and the row of its axis."""
+
+    def __init__(self, axes):
+        self.axes, (_, height) = axes, axes.figure.canvas.get_width_height()
+        self.axis = height - axes.transData.transform((0, 0))[1]
+        self.left, self.right = axes.bbox.x0, axes.bbox.x1
+        self.scale = axes.bbox.height  # pixels per D
+
+    def column(self, z):
+        """Where z, in D as the axes have it, is, in pixels from the left."""
+        return self.axes.transData.transform(np.column_stack([z, 0 * np.asarray(z)]))[:, 0]
+
+
+def filmed(film, count=FRAMES):
+    """Frames of a film, and its windows in them."""
+    figure, moving, update = film
+    pictures = list(windows.frames(figure, WIDTH, count, moving, update))
+    return pictures, [View(axes) for axes in figure.axes if axes.get_aspect() == 1]
+
+
 COLOURS = {"alone": (0, 114, 178), "touching": (213, 94, 0)}
 
 
@@ -86,7 +109,7 @@ def by_colour(row):
 def by_brightness(row):
     """The same for decoded frames, whose colours are those of two by two pixels; kinds are one."""
     dark = row @ (0.299, 0.587, 0.114) < 170  # spheres 87 and 119, fluid 239
-    drawn = [(run[0], run[-1] + 1) for run in runs(dark)]
+    drawn = [(run[0], run[-1] + 1) for run in runs(dark)]  # and words beside the window, black
     return dict.fromkeys(COLOURS, drawn)
 
 
@@ -105,7 +128,7 @@ def assert_spheres_at(frame, view, z, runs_of=by_colour):
         left, right = view.column(chain[[0, -1]] + BETA / 2 * np.array([-1, 1]))
         runs_of_kind = drawn["alone" if chain.size == 1 else "touching"]
         for n, edge in ((0, left), (1, right)):
-            if 2 < edge < row.shape[0] - 2:
+            if view.left + 2 < edge < view.right - 2:
                 assert min(abs(run[n] - edge) for run in runs_of_kind) < 1
                 compared += 1
     return compared
@@ -140,7 +163,9 @@ def test_a_film_is_of_the_spheres_that_entered_by_the_same_law(velocities):
     film = films.film(velocities, train, field_of_view=VIEW, interval=INTERVAL, frames=2)
     assert float(film["feed_volume_fraction"]) == 0.0165
     assert film.attrs["injection"] == "poisson"
-    assert movies._entry(movies.labelled(film, UNITS)).endswith("spheres/s, poisson injection")
+    figure, *_ = movies.station_film(movies.labelled(film, UNITS), 0, RATE)
+    words = figure.get_suptitle()
+    assert "injection: random (Poisson)" in words and "1.65 % in the feed" in words
 
 
 def test_spheres_pass_the_station_in_the_film_when_they_do_in_the_train(velocities, train):
@@ -227,39 +252,40 @@ def test_filming_does_not_change_the_train(velocities, train, data):
 
 @pytest.mark.parametrize("station", range(len(STATIONS)))
 def test_spheres_are_drawn_where_they_are(data, station):
-    view = movies.station_view(data, station, WIDTH)
-    assert view.scale == WIDTH / VIEW
-    frames = movies.station_frames(data, station, width=WIDTH, frame_rate=RATE)
+    frames, (view,) = filmed(movies.station_film(data, station, RATE))
+    assert view.scale == pytest.approx((view.right - view.left) / VIEW)
     for frame, z in zip(frames, data["position"].values[station], strict=True):
         assert assert_spheres_at(frame, view, z) > 1
 
 
 def painted(width, start, z, diameter):
-    """Spheres in a picture 40 pixels high, 100 pixels per D; NaN is none."""
-    picture = canvas.Canvas(width, 40 * canvas.REFERENCE_WIDTH / width)
-    spheres = picture.spheres()
-    view = canvas.View(start=start, scale=100.0, axis=20.0)
+    """Spheres in a window as large as its picture, 100 pixels per D; NaN is none."""
+    figure = Figure(figsize=(width / 100, 1))
+    axes = figure.add_axes((0, 0, 1, 1))
+    spheres = windows.draw_window(axes, start, width / 100)
+    axes.spines[:].set_visible(False)
     seen = np.array([*z, np.nan]), np.array([*diameter, np.nan])
-    (frame,) = picture.frames(1, [spheres], lambda n: picture.place(spheres, [view], *seen, BETA))
-    assert frame.shape == (40, width, 3)
+    look = figure, width, 1, [spheres]
+    (frame,) = windows.frames(*look, lambda n: windows.place(spheres, *seen, BETA))
+    assert frame.shape == (100, width, 3)
     return frame
 
 
 def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():
     frame = painted(400, 1.0, [1.5, 1.71, 3.0], [1.0, 1.0, 1.0])
-    blue = runs(np.abs(frame[20].astype(int) - COLOURS["alone"]).sum(axis=-1) < 30)
-    red = runs(np.abs(frame[20].astype(int) - COLOURS["touching"]).sum(axis=-1) < 30)
+    blue = runs(np.abs(frame[50].astype(int) - COLOURS["alone"]).sum(axis=-1) < 30)
+    red = runs(np.abs(frame[50].astype(int) - COLOURS["touching"]).sum(axis=-1) < 30)
     assert [(run[0], run.size) for run in blue] == [(190, 20)]  # 0.2 D, centre at 2 D
     assert [(run[0], run.size) for run in red] == [(40, 20), (61, 20)]
-    rows = np.flatnonzero((frame[:, 200] != 255).any(axis=-1))
-    assert (rows[0], rows[-1]) == (10, 29)
+    rows = np.flatnonzero((frame[:, 200] != frame[5, 5]).any(axis=-1))
+    assert (rows[0], rows[-1]) == (40, 59)
 
 
 def test_unequal_spheres_have_their_own_diameters_and_touch_by_their_gap():
     """Diameters 0.28, 0.2 and 0.12 D: gaps of 0.01 D and, at equal distance, 0.09 D."""
     frame = painted(400, 1.0, [1.5, 1.75, 2.0], [1.4, 1.0, 0.6])
     blue, red = (
-        [(run[0], run.size) for run in runs(np.abs(frame[20].astype(int) - rgb).sum(axis=-1) < 30)]
+        [(run[0], run.size) for run in runs(np.abs(frame[50].astype(int) - rgb).sum(axis=-1) < 30)]
         for rgb in COLOURS.values()
     )
     assert red == [(36, 28), (65, 20)]
@@ -297,23 +323,24 @@ def test_films_of_unequal_spheres_are_of_the_diameters_of_the_train(velocities):
     np.testing.assert_array_equal(again.spacing, train["spacing"][0])
     inside = set(seen[np.isfinite(seen)].round(12))
     assert 10 < len(inside & set((1 + np.array(again.deviation)).round(12))) == len(inside)
-    words = movies._entry(movies.labelled(own, UNITS))
-    assert words.endswith("uniform injection, diameters vary by 5 %")
+    figure, *_ = movies.station_film(movies.labelled(own, UNITS), 0, RATE)
+    assert "random (uniform intervals), diameters vary by 5 %" in figure.get_suptitle()
 
 
 def test_spheres_at_the_edge_are_cut():
     frame = painted(100, 0.0, [-0.05, 1.2, 5.0], [1.0, 1.0, 1.0])
-    assert runs((frame[20] != 255).any(axis=-1))[0].tolist() == list(range(5))
+    water = frame[5, 5]
+    assert runs((frame[50] != water).any(axis=-1))[0].tolist() == list(range(5))
 
 
 def test_rows_of_the_moving_frame_show_successive_pieces(data):
-    frames = list(movies.moving_frames(data, width=WIDTH, frame_rate=RATE))
+    frames, views = filmed(movies.moving_film(data, RATE))
+    starts = [view.axes.get_xlim()[0] for view in views]  # from the leading end of the window
+    assert starts == [-VIEW, -2 * VIEW, -3 * VIEW, -4 * VIEW]
     for n in (0, FRAMES // 2, FRAMES - 1):
-        views = movies.moving_views(data, n, WIDTH)
-        assert views[0].start + VIEW == pytest.approx(float(data["moving_window_end"][n]))
-        assert [a.start - b.start for a, b in itertools.pairwise(views)] == [VIEW] * 3
+        z = data["moving_position"].values[n] - float(data["moving_window_end"][n])
         for view in views:
-            assert assert_spheres_at(frames[n], view, data["moving_position"].values[n]) > 1
+            assert assert_spheres_at(frames[n], view, z) > 1
 
 
 def test_the_moving_camera_tells_how_even_the_spacings_in_its_view_are(data):
@@ -323,33 +350,54 @@ def test_the_moving_camera_tells_how_even_the_spacings_in_its_view_are(data):
     z[0] = np.nan
     z[0, :6] = np.sort([end + 0.3, *(end - np.array([0, 1, 2, 5])), end - length - 0.1])
     own = data.assign(moving_position=z)
-    assert movies.variation_in_view(own, 0) == pytest.approx(np.std([1, 1, 3]) / np.mean([1, 1, 3]))
+    expected = pytest.approx(np.std([1, 1, 3]) / np.mean([1, 1, 3]))
+    assert movies.in_view(own, 0) == (4, expected)
     z[0] = np.nan
-    assert np.isnan(movies.variation_in_view(own.assign(moving_position=z), 0))
+    count, variation = movies.in_view(own.assign(moving_position=z), 0)
+    assert count == 0 and np.isnan(variation)
 
 
 @pytest.mark.parametrize("note", [None, "rectangular duct, 2 to 1: as in the inscribed tube"])
-def test_words_of_the_header_do_not_overlap(data, note):
+@pytest.mark.parametrize("moving", [False, True])
+def test_words_do_not_overlap(data, note, moving):
     """At the longest that they become: beyond the quasi-steady range, unequal spheres, a duct."""
     own = data.assign(memory_number=2.4, diameter_variation=0.05)
     own = own.assign_attrs(channel=note) if note else own
-    picture = canvas.Canvas(1280, 100)
-    movies._head(picture, "moving along at 1.234 U\u0304", own).set_text("t = 0.00 ms\nCV 0.42")
-    picture.agg.draw()
-    boxes = [text.get_window_extent() for text in picture.axes.texts]
-    assert len(boxes) == 4 + bool(note)
-    assert not [pair for pair in itertools.combinations(boxes, 2) if Bbox.intersection(*pair)]
+    film = movies.moving_film(own, RATE) if moving else movies.station_film(own, 2, RATE)
+    (frame,), _ = filmed(film, 1)
+    words = [text for text in film[0].findobj(Text) if text.get_text()]
+    boxes = [text.get_window_extent() for text in words if text.get_visible()]
+    boxes = [box for box in boxes if box.width]
+    assert len(boxes) > 10
+    over = [pair for pair in itertools.combinations(boxes, 2) if Bbox.intersection(*pair)]
+    assert not over
+    height, width, _ = frame.shape
+    assert min(box.x0 for box in boxes) >= 0 and max(box.x1 for box in boxes) <= width
+    assert min(box.y0 for box in boxes) >= 0 and max(box.y1 for box in boxes) <= height
 
 
 def test_what_stands_still_does_not_move(data):
     """All frames of a camera differ in spheres, time and place only."""
-    first, *_, last = movies.moving_frames(data, width=WIDTH, frame_rate=RATE)
-    views = movies.moving_views(data, 0, WIDTH)
+    (first, *_, last), views = filmed(movies.moving_film(data, RATE))
+    walls = [round(view.axis - view.scale / 2) for view in views]
+    assert (first[walls] == last[walls]).all()
+    middle = round((views[0].left + views[0].right) / 2)
+    assert (first[walls][:, middle] < 130).all()
     gaps = [round((a.axis + b.axis) / 2) for a, b in itertools.pairwise(views)]
-    assert (first[gaps] == last[gaps]).all() and (first[gaps] < 200).any()
-    walls = [round(view.axis - view.scale / 2) - 1 for view in views]
-    assert (first[walls] == last[walls]).all() and (first[walls] < 100).all()
+    assert (first[gaps] == last[gaps]).all()
     assert (first != last).any()
+
+
+def test_a_film_says_how_even_its_train_is_and_its_rows_are_numbered(data, train):
+    for n, variation in enumerate(train["spacing_variation"].values):
+        figure, *_ = movies.station_film(data, n, RATE)
+        assert figure.axes[0].get_ylabel().endswith(f"CV {variation:.2f}")
+    figure, (*_, now, _), update = movies.moving_film(data, RATE)
+    update(3)
+    count, variation = movies.in_view(data, 3)
+    assert f"CV {variation:.2f} of these {count} spheres" in now.get_text()
+    names = [axes.get_ylabel() for axes in figure.axes]
+    assert names == ["row 1", "row 2", "row 3", "row 4", "camera"]
 
 
 @pytest.mark.parametrize(
@@ -362,23 +410,25 @@ def test_what_stands_still_does_not_move(data):
     ],
 )
 def test_scale_bar_is_round_and_true(view, diameter, micrometres, name):
-    length, words = scale_bar.scale_bar(view, diameter)
+    length, words = windows.scale_bar(view, diameter)
     assert (length * diameter * 1000, words) == (pytest.approx(micrometres), name)
     assert view / 30 < length <= view / 8
 
 
 def test_scale_bar_in_a_frame_has_its_length(data):
-    frame = next(movies.station_frames(data, 1, width=WIDTH, frame_rate=RATE))
-    black = (frame[-round(movies.FOOT / 2 * WIDTH / 1280)] == 0).all(axis=-1)
+    (frame,), (view,) = filmed(movies.station_film(data, 1, RATE), 1)
+    height = windows.ABOVE / style.PAGE * WIDTH  # above the wall
+    black = (frame[round(view.axis - view.scale / 2 - height)] < 90).all(axis=-1)
     longest = max(runs(black), key=len)
-    assert longest.size == pytest.approx(0.5 * WIDTH / VIEW, abs=1)  # 50 um of 100 um
+    # 50 um of 100 um, and the round ends of the line
+    assert longest.size == pytest.approx(0.5 * view.scale, abs=2.5 / 72 / style.PAGE * WIDTH + 1)
 
 
 def test_words_of_a_frame_are_physical(data):
-    assert movies._place(400.0, data) == "L/D = 400 (4 cm)"  # of D = 0.1 mm
+    assert movies._place(400.0, data) == "$z$ = 400 $D$\n4 cm"  # of D = 0.1 mm
     clock, speed = movies._clock(data, data["time"].values, RATE)
     # 0.05 D/Ubar of 15.04 ms last a frame of 40 ms
-    assert (clock(2), speed) == ("t = 1.5 ms", "53.2\N{MULTIPLICATION SIGN} slower than real")
+    assert (clock(2), speed) == ("t = 1.5 ms", "53\N{MULTIPLICATION SIGN} slower than real")
     thousand_times_faster = data.assign(time_scale=0.01504 / 1000)
     assert movies._clock(thousand_times_faster, data["time"].values, RATE)[0](2) == "t = 0.0015 ms"
     newtonian = movies.labelled(data.assign(deborah=0.0), UNITS)
@@ -415,7 +465,7 @@ def test_movies_are_h264_in_yuv420p_of_the_configured_rate(written):
 
 
 def test_decoded_spheres_are_where_the_simulation_says(written, data):
-    view = movies.station_view(data, 1, WIDTH)
+    _, (view,) = filmed(movies.station_film(data, 1, RATE), 1)
     frames = decoded(written[1])
     assert len(frames) == FRAMES
     compared = 0
@@ -438,7 +488,7 @@ def test_without_ffmpeg_there_are_gifs(data, tmp_path, monkeypatch):
     frames = movies.station_frames(data, 1, width=WIDTH, frame_rate=RATE)
     path = encoding.write(frames, tmp_path / "station_2.5", frame_rate=RATE)
     assert path.name == "station_2.5.gif"
-    view = movies.station_view(data, 1, WIDTH)
+    _, (view,) = filmed(movies.station_film(data, 1, RATE), 1)
     with Image.open(path) as movie:
         assert (movie.n_frames, movie.info["duration"]) == (FRAMES, 40)
         movie.seek(7)
@@ -484,16 +534,30 @@ def test_strip_of_all_stations_shows_one_moment_to_scale(film):
     for n, axes in enumerate(figure.axes):
         z = film["position"].values[n, frame]
         z = z[np.isfinite(z)]
-        circles = [patch for patch in axes.patches if isinstance(patch, Circle)]
-        np.testing.assert_allclose([circle.center[0] for circle in circles], z)
-        assert {2 * circle.radius for circle in circles} == {BETA}
-        red = [to_hex(circle.get_facecolor()).upper() == style.VERMILLION for circle in circles]
+        (spheres,) = (drawn for drawn in axes.collections if isinstance(drawn, EllipseCollection))
+        np.testing.assert_allclose(spheres.get_offsets()[:, 0], z)
+        np.testing.assert_allclose(spheres.get_widths(), BETA)
+        red = [to_hex(colour).upper() == style.VERMILLION for colour in spheres.get_facecolor()]
         assert red == statistics.touching(z, BETA).tolist()
         start = float(drawn["window_start"][n])
         assert axes.get_aspect() == 1 and axes.get_xlim() == (start, start + VIEW)
-        assert f"$z$ = {STATIONS[n]:g} $D$" in axes.get_ylabel()
+        variation = float(film["spacing_variation"][n])
+        assert axes.get_ylabel().startswith(f"$z$ = {STATIONS[n]:g} $D$")
+        assert axes.get_ylabel().endswith(f"CV {variation:.2f}")
     bar = figure.axes[0].lines[-1].get_xdata()
     assert bar[1] - bar[0] == pytest.approx(0.5)  # 50 um of 100 um
+
+
+@pytest.mark.parametrize("touch", [False, True])
+def test_the_legend_explains_spheres_that_touch_if_there_are_any(film, touch):
+    apart = np.arange(film.sizes["sphere"]) * 5 * BETA
+    apart[1] = BETA if touch else apart[1]
+    shape = film["position"].dims
+    same = film["position"].copy(data=np.broadcast_to(apart, film["position"].shape))
+    own = film.assign(position=same, diameter=(shape, np.ones(same.shape)))
+    (legend,) = movies.stations(own, UNITS).figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    assert any(text.startswith("touching") for text in words) == touch
 
 
 def test_the_strip_needs_the_units_of_its_study(film):

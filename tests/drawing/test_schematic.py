@@ -75,18 +75,19 @@ def test_the_feed_has_the_volume_fraction_of_what_enters(study):
 def test_everything_is_named(study, drawing):
     words = " ".join(text.get_text() for axes in drawing.figure.axes for text in axes.texts)
     for word in (
-        "$s_p\\,d$",
-        "$s_f\\,d$",
+        "$s_p$",
+        "$s_f$",
+        r"$\langle s\rangle$",
         "$d$",
         "$D$",
-        "inflow",
-        "outflow",
+        r"$\bar{U}$",
+        "periodic",
         "trailing",
         "leading",
     ):
         assert word in words
     assert f"outlet, $z$ = {study.channel_length:g} $D$" in words
-    assert "drawn at the mean spacing" in words and "order" not in words
+    assert "ideal: equally spaced (not computed)" in words and "order" not in words
 
 
 def test_words_of_the_train_do_not_overlap(study):
@@ -113,7 +114,7 @@ def test_a_duct_has_its_section_and_its_law(study):
     words = " ".join(text.get_text() for text in lower.texts)
     assert "rectangular duct, 2 to 1\n(dashed: simulated)" in words
     assert "in the inscribed tube" in upper.get_title("left")
-    assert f"${math.pi / 12:.3f}\\,\\beta^2/\\phi$" in lower.get_title("left")
+    assert f"${math.pi / 12:.3f}\\,d\\,\\beta^2/\\phi$" in lower.get_title("left")
     spacing = float(own["mean_spacing"]) / study.confinement * study.volume_fraction
     assert spacing == pytest.approx(math.pi / 12 * study.confinement**2)
 

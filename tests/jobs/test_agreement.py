@@ -118,5 +118,5 @@ def test_a_finished_table_of_another_case_is_refused_with_what_differs(sections,
 
 
 def test_a_file_that_is_no_velocity_table_is_refused():
-    with pytest.raises(TableError, match=r"map\.nc: not a velocity table"):
+    with pytest.raises(TableError, match=r"map\.nc: not of this study\n  found no velocity table"):
         refuse_other_case("map.nc", xr.Dataset({"deborah": 5.0}), stages.given_table(STUDY))

@@ -7,13 +7,16 @@ import harness
 import pandas as pd
 import pytest
 import xarray as xr
+import yaml
 
 from viscotrain.config import stages
 from viscotrain.config.geometries import simulated, simulated_deborahs
 from viscotrain.config.names import geometry_name, point_name, train_name
+from viscotrain.config.reading import parse_study
 from viscotrain.config.study import Study
 from viscotrain.flow.refinement import unknowns_per_element
-from viscotrain.jobs import provenance, resources
+from viscotrain.jobs import on_request, provenance, resources
+from viscotrain.jobs.cost_report import counted, estimate
 from viscotrain.jobs.costs import (
     GROWTH,
     MEASURED,
@@ -21,7 +24,8 @@ from viscotrain.jobs.costs import (
     TRANSIENT,
     CostModel,
     cost_of,
-    estimate,
+    cost_of_request,
+    cost_of_table,
     flow_seconds,
     own_costs,
     train_seconds,
@@ -30,6 +34,7 @@ from viscotrain.jobs.costs import (
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.grouping import jobs
 from viscotrain.jobs.sweep_costs import estimate_all
+from viscotrain.studies import diameter_variation
 from viscotrain.studies.dns import make_flow, triplet
 from viscotrain.words import INACCURATE
 
@@ -108,7 +113,7 @@ def test_nothing_is_left_of_a_finished_study(study, tmp_path, measured):
     work = work_of(study, results_of(study, tmp_path, everything, [(1.0, 0.01)]))
     assert (work.flows_left, work.trains_left) == ({}, ())
     assert cost_of(study, work, own_costs(tmp_path), measured).together == 0
-    assert "expected     0.00 core-hours" in estimate(study, tmp_path, 2, measured)
+    assert "expected         0.00 core-hours" in estimate(study, tmp_path, 2, measured)
 
 
 def test_several_diameters_cost_what_each_does(study, tmp_path, measured):
@@ -155,7 +160,7 @@ def test_points_are_counted_and_not_files(study, tmp_path, measured):
     failed["status"][1] = 1
     failed.to_netcdf(path)
     text = estimate(study, tmp_path, 2, measured)
-    assert "solved       1 points of 1 geometries; 1 without a solution; 0 trains" in text
+    assert "solved           1 points of 1 geometries; 1 without a solution; 0 trains" in text
 
 
 def test_points_that_are_not_accurate_are_solved(study, tmp_path):
@@ -191,7 +196,7 @@ def test_a_finished_transient_study_is_done_and_its_own_times_count(study, tmp_p
             row = {"sp": geometry[0], "sf": geometry[1], "deborah": De, "cpu_seconds": 9.0}
             pd.DataFrame([row]).to_csv(tmp_path / f"transient/timing/{name}.csv", index=False)
     assert work_of(study, tmp_path).flows_left == {}
-    assert "solved       10 points of 5 geometries" in estimate(study, tmp_path, 2, measured)
+    assert "solved           10 points of 5 geometries" in estimate(study, tmp_path, 2, measured)
     found = own_costs(tmp_path, "transient")
     model = CostModel(measured)
     assert flow_seconds(study, (1.5, 1.5), (0, 1), model, found) == pytest.approx(18.0)
@@ -323,10 +328,106 @@ def test_jobs_core_hours_and_memory_are_told_by_stage(tmp_path, measured):
     assert costs[0.1].together - costs[30.0].together == pytest.approx(saved)
     assert costs[0.1].wall(1000) < costs[30.0].wall(1000)
     text = estimate(paper, tmp_path, 100, measured, 30.0)
-    assert f"    dns        {together.jobs} jobs, " in text
+    assert f"    dns                {together.jobs} jobs, " in text
     assert f", {resources.megabytes(62) / 1e3:.1f} GB each\n" in text
     assert f"core-hours in {costs[30.0].jobs} jobs, " in text
     assert " on 100 cores" in text
+
+
+# --------------------------------------------------------------------------- what is not a default
+
+
+def line_of(text: str, name: str) -> str:
+    return next(line for line in text.splitlines() if line.strip().startswith(name))
+
+
+def test_the_verification_costs_what_it_was_measured_to():
+    """Of the demo 313 s, on two cores: sums of the rules, and all of it."""
+    took = {"transient": 62, "start_up": 59, "closure_train": 62, "closure_gap": 19, "report": 8}
+    took["convergence"] = 109
+    found: dict[str, float] = {}
+    for job in on_request.of_verification(harness.study("config")):
+        found[job.stage] = found.get(job.stage, 0.0) + job.seconds
+    assert found.keys() == took.keys()
+    for stage, seconds in took.items():
+        assert seconds / 1.5 < found[stage] < 1.5 * seconds
+    paper = sum(job.seconds for job in on_request.of_verification(harness.study("paper")))
+    assert 1290 / 2 < paper < 1290  # that of the full study, on a busy machine
+
+
+def test_a_target_costs_its_table_and_itself(study, tmp_path, measured):
+    _, work, own = counted(study, tmp_path)
+    before = cost_of_table(study, work, own, measured)
+    for name in ("verification", "design"):
+        jobs = list(on_request.REQUESTS[name](study))
+        cost = cost_of_request(name, study, tmp_path, before)
+        assert cost.jobs == before.jobs + len(jobs)
+        added = sum(START_UP + job.seconds for job in jobs)
+        assert cost.together == pytest.approx(before.together + added)
+        text = line_of(estimate(study, tmp_path, 2, measured), f"-- {name}")
+        assert f"{cost.together / 3600:.2f} core-hours in {cost.jobs} jobs" in text
+
+
+def test_what_is_there_of_a_target_is_not_counted_again(study, tmp_path, measured):
+    results_of(study, tmp_path, work_of(study, tmp_path).flows, [(1.0, 0.01)])
+    _, work, own = counted(study, tmp_path)
+    before = cost_of_table(study, work, own, measured)
+    assert before.jobs == 0
+    for name, file in (
+        ("verification", "verification/accuracy.md"),
+        ("design", "design/design.txt"),
+    ):
+        everything = cost_of_request(name, study, tmp_path, before)
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).touch()
+        assert cost_of_request(name, study, tmp_path, before).jobs == everything.jobs - 1
+        again = cost_of_request(name, study, tmp_path, everything)
+        assert again.jobs == 2 * everything.jobs  # a new table repeats all
+
+
+def test_a_design_costs_by_its_spacings_repeats_and_rate():
+    def seconds(repeats, *spacing, **sections):
+        design = {"spacing": list(spacing), "repeats": repeats}
+        jobs = on_request.of_design(harness.study("config", design=design, **sections))
+        return sum(job.seconds for job in jobs if job.stage == "design_trains")
+
+    one, other = seconds(4, 3.0), seconds(4, 4.0)
+    assert seconds(4, 3.0, 4.0) == pytest.approx(one + other)
+    assert other < one
+    assert seconds(16, 3.0) == pytest.approx((16 + 8) / (4 + 2) * one)
+    # The demo's 0.4 % at De = 5 are 82 spheres/s, 6.7 d apart; at De = 1 they would be closer.
+    assert one < seconds(4, 3.0, encapsulation={"bead_rate": 82.0}) < 3 * one
+    assert seconds(4, 3.0, encapsulation={"bead_rate": 1e6}) == one  # below contact: not tried
+
+
+def test_diameters_are_counted_as_the_stage_varies_them():
+    assert resources.VARIATIONS == diameter_variation.VARIATIONS
+    seconds = resources.variation_seconds(harness.study("config"))
+    assert 6.4 / 2 < seconds < 2 * 6.4  # as measured in the demo
+    even = harness.study("config", trains={"injection": "even"})
+    assert resources.variation_seconds(even) == pytest.approx(seconds / 2)
+    varying = harness.study("config", particle={"diameter_variation": 0.03})
+    assert resources.variation_seconds(varying) == pytest.approx(6 / 5 * seconds)
+
+
+def test_a_fluid_that_is_not_fitted_yet_costs_its_fit_and_its_draws(tmp_path, measured):
+    """It was refused."""
+    fluid = {"data": ["data.csv"], "fit": {"draws": 200}}
+    study = parse_study(harness.written("tiny") | {"fluid": fluid})
+    text = estimate(study, tmp_path, 2, measured)
+    assert "fluid_fit" in text and "fit_spread" in text and "the fluid is not fitted yet" in text
+    known, work, own = counted(study, tmp_path)
+    assert known is study and work.draws == 200
+    cost = cost_of(study, work, own, measured)
+    assert cost.of("fit_spread") == pytest.approx(resources.DRAW * 200 * len(study.deborah.values))
+    # Once it is fitted, it is that of the fit, and only the draws are left to make.
+    (tmp_path / "fluid_fit").mkdir()
+    written = harness.written("tiny")["fluid"]
+    (tmp_path / "fluid_fit/fluid.yaml").write_text(yaml.safe_dump({"fluid": written}))
+    known, work, _ = counted(study, tmp_path)
+    assert len(known.fluid.modes) == len(written["modes"]) and work.draws == 200
+    text = estimate(study, tmp_path, 2, measured)
+    assert "fluid_fit" not in text and "fit_spread" in text
 
 
 # ------------------------------------------------------------------------------------- command line
@@ -338,3 +439,7 @@ def test_command_line_with_the_shipped_measurements(tmp_path):
     words = harness.output(harness.run_script("estimate_cost.py", *options, folder=tmp_path))
     assert "study tiny: 5 geometries, 10 points (De x geometry), 1 trains" in words
     assert "core-hours" in words
+    # A fluid that is still to be fitted: it was refused.
+    options = ["--configfile", harness.CONFIG / "design.yaml"]
+    words = harness.output(harness.run_script("estimate_cost.py", *options, folder=tmp_path))
+    assert "-- design" in words and "the fluid is not fitted yet" in words

@@ -15,7 +15,7 @@ import yaml
 
 from viscotrain.config.reading import check_verification, load_study, parse_study, read_yaml
 from viscotrain.errors import ConfigError
-from viscotrain.jobs import expense, intake
+from viscotrain.jobs import expense, intake, on_request, resources
 from viscotrain.jobs.costs import MEASURED, cost_of, own_costs, work_of
 from viscotrain.jobs.resources import MARGIN
 
@@ -98,7 +98,11 @@ LONG = {
         "trains",
         "core_hours",
     ),
-    "map": ({"design_map__repeats": 100_000}, "design_map", "core_hours"),
+    "map": (
+        {"design_map__repeats": 100_000, "design_map__passages": 2000},
+        "design_map",
+        "core_hours",
+    ),
     "frames": (
         {"movies__frames": 10**6, "trains__stations": [float(n) for n in range(800)]},
         "movies",
@@ -149,10 +153,87 @@ def test_what_a_study_takes_at_most_is_above_its_estimate_but_not_far(name, tmp_
     assert len(work.flows) <= expense.geometries(study) < 2 * len(work.flows)
 
 
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("design", {"design": {"spacing": [2.0], "repeats": 10**6}}),
+        (
+            "verification",
+            {"verification__closure": {"duration": 10_000, "distances": [1.5] * 20}},
+        ),
+    ],
+)
+def test_what_is_asked_for_by_name_is_counted_once_it_is_asked_for(name, changes, read):
+    data = demo(**changes, budget={"core_hours": 1.0})
+    studies = read(data).studies  # a run without targets takes less
+    with pytest.raises(ConfigError) as caught:
+        intake.check_request(name, studies, "config")
+    (line,) = caught.value.problems
+    assert line.startswith("budget.core_hours: found 1; allowed: ")
+    hours = sum(job.seconds for job in on_request.REQUESTS[name](studies[0])) / 3600
+    assert float(line.partition(f"{name} ")[2].partition(")")[0]) > hours
+    enough = read(data | {"budget": {"core_hours": 1e6}}).studies
+    intake.check_request(name, enough, "config")
+
+
+def test_the_most_counts_other_diameters_and_draws():
+    """Four single spheres, trains whose diameters vary, and fluids that are drawn from a fit."""
+    study, given = harness.study("config"), harness.study("study_trains")
+    shares = expense.core_seconds(study)
+    flow = shares["table"] / (expense.geometries(study) + 4)
+    assert flow == pytest.approx(expense._flow_seconds(study))
+    assert expense.core_seconds(given)["table"] == 0
+    one = resources.train_seconds(study, 0.004, study.trains)
+    assert shares["trains"] == pytest.approx(one + resources.variation_seconds(study))
+    fitted, undrawn = (
+        parse_study(demo(fluid={"data": ["a.csv"], "fit": {"draws": draws}})) for draws in (200, 0)
+    )
+    more = expense.core_seconds(fitted)["table"] - expense.core_seconds(undrawn)["table"]
+    assert more == pytest.approx(200 * 3 * resources.DRAW)
+
+
 def test_a_transient_study_takes_more():
     slow = harness.study("config", dns={"method": "transient"})
     share = [expense.core_seconds(each)["table"] for each in (harness.study("config"), slow)]
     assert share[1] > 5 * share[0]
+
+
+# ------------------------------------------------------------------------------ a finished table
+
+
+def by_the_finished_table(**changes) -> dict:
+    table = str(harness.ROOT / harness.FINISHED_TABLE)
+    return harness.written("study_trains") | {"table": {"file": table}} | changes
+
+
+def test_a_finished_table_is_checked_with_the_config(read):
+    """It passed a dry run and failed as a job."""
+    read(by_the_finished_table())
+    other = by_the_finished_table(
+        particle={"diameter": 21.0e-6},
+        deborah={"values": [0, 5, 30, 31, 62]},
+    )
+    lines = problems_of(read, other)
+    assert [line.partition(".nc: ")[2] for line in lines] == [
+        "confinement: found 0.2; allowed: 0.21, as in the config",
+        "deborah: found 30 in the config; allowed: one of the table's 0, 1, 2, 5, 10, 31, 62",
+    ]
+    assert all(line.startswith("table.file: ") for line in lines)
+    fluid = harness.written("study_trains")["fluid"] | {"solvent_viscosity": 0.06}
+    (*_, line) = problems_of(read, by_the_finished_table(fluid=fluid))
+    assert "table.file: " in line and "dimensionless_fluid" in line
+    # A fluid that is fitted first is compared by the job; so are files in jobs of a run.
+    data = {"data": [str(harness.CONFIG / "synthetic_rheology.csv")]}
+    read(by_the_finished_table(fluid=data))
+    (line,) = problems_of(read, by_the_finished_table(fluid=data, particle={"diameter": 21.0e-6}))
+    assert "confinement" in line
+
+
+def test_a_file_that_is_no_table_is_refused_with_the_config(read):
+    Path("other.nc").write_text("not a table")
+    (line,) = problems_of(read, by_the_finished_table(table={"file": "other.nc"}))
+    assert line.startswith("table.file: other.nc")
+    assert intake.read(by_the_finished_table(table={"file": "other.nc"}), ["study.yaml"], False)
 
 
 # ------------------------------------------------------------------- sections that make nothing

@@ -136,7 +136,7 @@ def test_summary_in_words(found):
     assert [row["d/D"] for row in rows] == ["0.1", "0.2", "0.4"]
     assert [row["d [um]"] for row in rows] == ["10", "20", "40"]
     assert [row["ordered in the map"] for row in rows] == ["0 of 3", "1 of 3", "2 of 3"]
-    assert rows[0]["orders along [D]"] == "1e+05" and rows[0]["[cm]"] == "1e+03"
+    assert rows[0]["orders along [D]"] == "100000" and rows[0]["[cm]"] == "1000"
 
 
 def test_without_a_map_nothing_is_said_of_it(found):

@@ -11,6 +11,7 @@ import xarray as xr
 
 from viscotrain.config import stages
 from viscotrain.drawing import verification_figures
+from viscotrain.drawing.style import deborah_look
 from viscotrain.studies import accuracy, start_up
 from viscotrain.studies.accuracy import RELATIVE, observed_orders, with_errors
 from viscotrain.studies.convergence import convergence_rows, settings
@@ -217,3 +218,42 @@ def test_figures_hold_their_data():
     assert (closed["comparison"] == "train").sum() == 2 * 2 * 5 * 3
     errors = verification_figures.convergence(rows([1.4, 1.0, 0.7], abs, default=1.0), "mesh").data
     assert errors["error"].max() > 0
+
+
+def test_a_start_up_is_drawn_whole_with_held_velocities_on_it():
+    """A panel for each run and one for what remains, in the colour of De, gaps by their dashes."""
+    figure = verification_figures.start_up([comparison(), comparison(np.inf, 1.0)]).figure
+    three, pair, remaining = figure.axes
+    assert three.get_title("left") == "De = 5: $s_p$ = 1.5 $d$, $s_f$ = 2.5 $d$"
+    behind, behind_held, ahead, ahead_held, _ = three.lines
+    assert ahead.get_linestyle() == "-" and behind.get_linestyle() == "--"
+    np.testing.assert_allclose(ahead.get_ydata()[0], 2.0)  # 1e-3 Ubar
+    np.testing.assert_allclose(ahead_held.get_ydata()[-1], 1 + np.exp(-50) - 0.01)
+    assert three.get_ylim()[1] > 2.0 and behind_held.get_linestyle() == "None"
+    assert len(pair.lines) == 3 and pair.lines[0].get_linestyle() == "-"
+    colours = [line.get_color().tolist() for line in (three.lines[0], pair.lines[0])]
+    assert colours == [deborah_look(De)["color"].tolist() for De in (5.0, 1.0)]
+    for line, color in zip(remaining.lines, colours, strict=True):
+        assert line.get_color().tolist() == color
+        np.testing.assert_allclose(line.get_ydata(), 1e-5, rtol=1e-6)
+
+
+def test_errors_of_both_models_are_told_apart():
+    late = train(5.0)
+    late["model_distance"][:, :2] = np.nan
+    figure = verification_figures.closure([train(0.0), late], SPACING).figure
+    first, second, error, share = figure.axes
+    dashes = {name: own["ls"] for name, own in verification_figures.MODELS.items()}
+    assert len(set(map(str, dashes.values()))) == 2
+    assert len(first.lines) == 1 + 2 * 3
+    np.testing.assert_allclose(first.lines[1].get_ydata(), 0.001)
+    np.testing.assert_allclose(first.lines[-1].get_ydata(), 0.006)
+    (told,) = first.texts
+    assert told.get_text().splitlines() == [
+        "every sphere: at most 0.003 $d$",
+        "two neighbours: at most 0.006 $d$",
+    ]
+    assert "start-up" in [text.get_text() for text in second.texts]
+    assert second.patches[0].get_width() == 50.0
+    np.testing.assert_allclose(error.lines[0].get_ydata(), [3e-5, 1e-7])
+    np.testing.assert_allclose(share.lines[0].get_ydata(), [3.0, 0.01])

@@ -12,7 +12,7 @@ from synthetic import BETA, SINGLE, at_deborah, triplet
 from viscotrain.drawing import design_page
 from viscotrain.fluid.channel import CrossSection
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains import design, design_answer, order
+from viscotrain.trains import design, design_answer, design_conditions, order
 from viscotrain.trains.closures import CLOSURES
 from viscotrain.trains.design import NO, PARTLY_YES, YES
 from viscotrain.trains.repeats import run_repeats
@@ -38,19 +38,19 @@ def simulated(phi, passages=30, repeats=2):
 
 def test_spacings_and_a_rate_are_volume_fractions():
     own = {"isolated": SINGLE, "confinement": BETA}
-    found = design.volume_fractions([3.0, 4.0], rate=None, section=CrossSection(), **own)
+    found = design_conditions.volume_fractions([3.0, 4.0], rate=None, section=CrossSection(), **own)
     assert found == pytest.approx([2 / 3 * BETA**2 / 3, 2 / 3 * BETA**2 / 4])
-    found = design.volume_fractions([3.0], rate=None, section=SQUARE, **own)
+    found = design_conditions.volume_fractions([3.0], rate=None, section=SQUARE, **own)
     assert found == pytest.approx([math.pi / 6 * BETA**2 / 3])
     # the train of this fraction has this rate: one bead per s* d, at U_p
     s = 5.0
     rate = SINGLE / (s * BETA)
-    *_, phi = design.volume_fractions([3.0], rate=rate, section=CrossSection(), **own)
+    *_, phi = design_conditions.volume_fractions([3.0], rate=rate, section=CrossSection(), **own)
     train = simulated(phi, passages=20, repeats=1)
     assert float(train["injection_rate"]) == pytest.approx(rate, rel=1e-12)
     assert float(train["mean_spacing_law"]) == pytest.approx(s, rel=1e-12)
     for s in (1.4, 100.0):  # closer than the model is good for; too far to feel each other
-        (phi,) = design.volume_fractions(
+        (phi,) = design_conditions.volume_fractions(
             [], rate=SINGLE / (s * BETA), section=CrossSection(), **own
         )
         assert math.isnan(phi)
@@ -91,6 +91,9 @@ def droplets(trains, single):
             "volume_fraction": ("condition", [float(t["volume_fraction"]) for t in trains]),
             "last_station": ("condition", np.ones(count)),
             "best_single": ("condition", shares[:, 1]),
+            "best_single_halfwidth": ("condition", 0 * shares[:, 1] + 0.01),
+            "occupancy_halfwidth": (("condition", "count"), 0 * shares + 0.02),
+            "poisson_occupancy": (("condition", "count"), 0 * shares + 0.2),
             "best_frequency_ratio": ("condition", np.ones(count)),
             "occupancy": (("condition", "count"), shares),
         }
@@ -146,6 +149,12 @@ def finished(found: pd.DataFrame) -> pd.DataFrame:
     )
 
 
+def _remedies(found, variation):
+    """What the answer says of three devices, one of which helps."""
+    others = {"worse": 0.4, design.LONGER: 0.35, "other": 0.29}
+    return design_answer.answer(found, [], others, device(variation=variation)).remedies
+
+
 def test_the_answer_says_what_was_found(trains):
     found = finished(ranked(trains, rate=200.0))
     own = device(bead_rate=200.0)
@@ -156,11 +165,18 @@ def test_the_answer_says_what_was_found(trains):
     assert answer.verdict.startswith(design_answer.VERDICTS[found["forms"][0]])
     assert "Beads of 20 um (variation 2 %) in a square duct, 100 um wide, d/D = 0.2" in text
     assert "0.4 cm long (40 D); wanted: 200 beads/s" in text
-    assert f"{found['feed_percent'][0]:.3g} % in the feed, 200 beads/s" in answer.best[0]
+    assert f"{found['feed_percent'][0]:.2g} % in the feed, 200 beads/s" in answer.best[0]
     assert "1 cm (100 D), longer than the channel of 0.4 cm" in text
     assert any("beads vary by 2 %" in line and "at most 1 %" in line for line in answer.limits)
     assert "De = 5: no room" in answer.limits
     assert answer.remedies[0] == "less: CV 0.30 -> 0.05, by the linear law"
+    assert _remedies(found, 0.02) == [
+        "other: CV 0.30 -> 0.29, by the linear law",
+        f"{design.LONGER} would not help: CV 0.30 -> 0.35, by the linear law; beads of different "
+        "size go on drifting apart",
+        "worse would not help: CV 0.30 -> 0.40, by the linear law",
+    ]
+    assert _remedies(found, 0.0)[1].endswith("by the linear law; it does not order")
     assert "a note" in answer.notes
     beyond = finished(ranked(trains, ["", "too fast"], rate=200.0))
     own = device(bead_rate=200.0)
@@ -191,6 +207,46 @@ def test_remedies_are_those_of_the_linear_law():
     (alone,) = design.with_linear_law(row, table, wanted, 0.0)["variation_by_linear_law"]
     assert found[half] == pytest.approx(np.hypot(alone, found[even] / 2), rel=1e-9)
     assert found[larger] < best["variation_by_linear_law"]
+
+
+def test_the_figure_shows_the_answer_and_what_is_not_valid(trains):
+    """The best one is named; hollow where not valid; a ring at the rate that is wanted."""
+    found = finished(ranked(trains, ["", "too fast"], rate=200.0, droplet_frequency=200.0))
+    own = device(bead_rate=200.0, droplet_frequency=200.0)
+    figure = design_page.draw_design(found, own).figure
+    left, right = figure.axes
+    for axes, name in ((left, "variation"), (right, "single_percent")):
+        (note,) = [text for text in axes.texts if text.get_text() == "best"]
+        assert note.xy == (found["spacing_d"][0], found[name][0])
+        hollow = [
+            line
+            for line in axes.lines
+            if str(line.get_markerfacecolor()) == "white" and len(line.get_xdata())
+        ]
+        (at,) = found.index[found["reason"] == "too fast"]
+        assert [line.get_ydata().tolist() for line in hollow] == [[found[name][at]]]
+        (ring,) = [
+            line for line in axes.lines if line.get_markersize() == 9 and len(line.get_xdata())
+        ]
+        assert ring.get_ydata().tolist() == found[name][found["has_wanted_rate"]].tolist()
+    (bars,) = right.containers
+    low, high = bars.lines[2][0].get_segments()[0][:, 1]
+    assert high - low == pytest.approx(2 * 2.0)  # 2 % of sampling, no other error is known
+    title = figure.get_suptitle()
+    assert design_answer.VERDICTS[found["forms"][0]] in title
+    for words in ("beads of 20 \N{MICRO SIGN}m, vary by 2 %", "= 40 $D$", "200 droplets/s"):
+        assert words in title
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"hollow: beyond a limit of validity", "ring: 200 beads/s"} < set(names)
+    shares = design.table(
+        trains,
+        conditions(trains),
+        droplets(trains, (0.4, 0.5, 0.6)),
+        bead_rate=None,
+        droplet_frequency=None,
+        ordered_variation=0.25,
+    )["single_random_percent"]
+    assert shares.tolist() == pytest.approx([100 / math.e] * 3)
 
 
 def test_the_page_escapes_loads_nothing_and_greys_what_is_not_valid(trains):

@@ -226,7 +226,7 @@ def test_table_has_a_row_per_condition_and_length_in_units_of_the_bench(hand_mad
 def test_headline_names_the_most_even_train(hand_made):
     words = "\n".join(design_map.headline(hand_made))
     assert "at 1 of 3 conditions" in words
-    assert "0.100 +- 0 +- 0 (sampling, model), at De = 1,\nphi = 0.6 %" in words
+    assert "0.100 +- <0.001 +- <0.001 (sampling, model), at De = 1,\nphi = 0.6 %" in words
     assert "in the feed 0.99 %" in words and "spheres/s" in words
 
 

@@ -8,8 +8,9 @@ import xarray as xr
 from harness import ROOT
 from synthetic import PAPER_NODES, relative, slowing, superposed, triplet
 
+from viscotrain.errors import TableError, TrainError
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains import order
+from viscotrain.trains import order, tolerance
 from viscotrain.trains.closures import CLOSURES, EverySphere, Nearest, make_closure
 from viscotrain.trains.motion import Channel
 
@@ -204,6 +205,26 @@ def test_a_table_is_analysed_over_deborah_number_and_spacing():
     assert "De = 5: orders fastest at s = 6 d" in text
 
 
+def test_where_the_table_has_holes_the_order_is_not_known():
+    """At one De: the other is the same as without; at all of them: the message of the table."""
+    whole, broken = table(), table()
+    broken.dataset["velocity"][1, 3, 3] = np.nan
+    expected, found = (order.orders(one, BETA, spacing=[3.0]) for one in (whole, broken))
+    xr.testing.assert_equal(found.sel(deborah=0), expected.sel(deborah=0))
+    for name in ("ordering_length", "stability", "growth_rate"):
+        assert np.isnan(found[name].sel(deborah=5)).all()
+    assert found["deborah"].values.tolist() == [0, 5]
+    assert "De = 5: not known, the table has holes" in order.summary(found, 800)
+    wanted = tolerance.Wanted("every_sphere", "uniform", 800.0, 0.25)
+    tolerant = tolerance.with_tolerance(found, broken, wanted)
+    assert np.isnan(tolerant["injected_variation"].sel(deborah=5)).all()
+    assert np.isfinite(tolerant["injected_variation"].sel(deborah=0)).all()
+    assert tolerance.of_condition(broken, 5.0, 0.01, wanted).endswith("the table has holes")
+    broken.dataset["velocity"][0, 3, 3] = np.nan
+    with pytest.raises(TableError, match="1 hole"):
+        order.orders(broken, BETA, spacing=[3.0])
+
+
 def test_the_most_stable_spacing_has_the_shortest_length():
     velocities = table()
     best, shortest = order.most_stable(velocities, 5, BETA)
@@ -219,3 +240,10 @@ def test_one_train_in_words():
     assert "s = 3 d (phi = 0.889 % in a tube)" in text
     assert "the train is stable" in text
     assert "after 1, 3, 10 l" in text
+
+
+@pytest.mark.parametrize("spacing", [0.9, 1.0, math.nan])
+def test_a_train_closer_than_contact_is_refused(spacing):
+    table = VelocityTable.open(ROOT / "docs" / "study" / "velocity_table.nc")
+    with pytest.raises(TrainError, match=r"allowed: above 1 \(contact\)"):
+        order.of_one_train(table, 5.0, spacing)

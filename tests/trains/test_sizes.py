@@ -273,11 +273,12 @@ def test_a_table_is_analysed_for_what_diameters_may_vary_by():
         assert 0 < float(own["largest_variation"][1]) < 0.25 / g
     assert all(variable.attrs.get("long_name") for variable in tolerant.data_vars.values())
     words = tolerance.of_condition(table, 31, 0.01, WANTED)
-    assert "diameters may vary by 1.4 %, by 1.7 % if spheres enter evenly" in words
+    assert "CV 0.36 -> 0.14 by the linear law, which knows no close pairs" in words
+    assert "diameters may vary by 1.4 % at most, by 1.7 % at most if spheres enter evenly" in words
     feed = tolerance.of_condition(table, 31, 0.01 * table.at(31).isolated, WANTED, feed=True)
     assert feed == words
     none = tolerance.of_condition(table, 5, 0.004, WANTED)
-    assert "may vary by nothing, it does not order, by 1.8 % if" in none
+    assert "may vary by nothing, it does not order, by 1.8 % at most if" in none
 
 
 def test_without_a_size_response_the_rest_is_still_analysed():

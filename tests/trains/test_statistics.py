@@ -159,7 +159,8 @@ def test_the_error_of_a_mode_is_large_where_two_peaks_compete():
 
 
 @pytest.mark.parametrize(
-    ("rate", "words"), [(1396.2, "1396"), (82.43, "82.4"), (1.5, "1.5"), (99.96, "100")]
+    ("rate", "words"),
+    [(1396.2, "1400"), (1738.0, "1740"), (82.43, "82.4"), (1.5, "1.5"), (99.96, "100")],
 )
 def test_rates_in_words_have_three_digits_and_no_powers(rate, words):
     assert rate_in_words(rate) == words
@@ -168,9 +169,11 @@ def test_rates_in_words_have_three_digits_and_no_powers(rate, words):
 @pytest.mark.parametrize(
     ("halfwidth", "model", "words"),
     [
-        (0.004, 0.0, "0.460 +- 0.004 +- 0"),
-        (0.0004, 0.00003, "0.460 +- 0.0004 +- 0.00003"),
+        (0.004, 0.0, "0.460 +- 0.004 +- <0.001"),
+        (0.0004, 0.0006, "0.460 +- <0.001 +- 0.001"),
         (0.04, np.nan, "0.460 +- 0.040"),
+        (0.159, 0.007, "0.46 +- 0.16 +- 0.01"),
+        (17.0, np.nan, "0 +- 17"),
     ],
 )
 def test_errors_that_are_not_zero_are_not_written_as_zero(halfwidth, model, words):

@@ -324,18 +324,12 @@ def test_trains_by_a_finished_table_are_those_of_the_study_that_made_it(finished
     assert here.equals(there)
 
 
-@pytest.mark.slow
-def test_a_finished_table_of_another_confinement_is_refused(finished):
+def test_a_finished_table_of_another_confinement_is_refused_before_any_job(finished):
     thicker = given(particle={"diameter": 1.1 * SMALL["particle"]["diameter"]})
-    done = finished.snakemake(
-        "results/given/table/velocity_table.nc",
-        "--cores",
-        "1",
-        "--configfile",
-        finished.configured(thicker),
-    )
+    done = finished.snakemake("--dry-run", "--configfile", finished.configured(thicker))
     assert done.returncode != 0
-    assert "not of this study" in done.stdout + done.stderr
+    words = "table.file: results/small/table/velocity_table.nc: confinement: found "
+    assert words in done.stdout + done.stderr
 
 
 def test_a_finished_table_that_does_not_exist_stops_before_any_job(project):
@@ -757,7 +751,8 @@ def test_two_diameters_are_compared_and_are_what_each_is_alone(project):
     summary = (folder / "summary.txt").read_text(encoding="utf-8")
     assert summary in output(done)
     assert "2 diameters of study swept" in summary
-    for name in ("confinement", "confinement_order", "confinement_design_map"):
+    drawn = ("confinement", "confinement_length", "confinement_order", "confinement_design_map")
+    for name in drawn:
         assert (folder / f"figures/{name}.png").stat().st_size > 0
     page = (folder / "interactive.html").read_text(encoding="utf-8")
     assert 'href="beta0.3/interactive.html"' in page

@@ -22,10 +22,10 @@ from viscotrain.config.names import (
     sphere_name,
     train_name,
 )
-from viscotrain.config.reading import check_verification, fitted_fluid_file
+from viscotrain.config.reading import fitted_fluid_file
 from viscotrain.config.sweep import beta_name, config_of
 from viscotrain.errors import ConfigError
-from viscotrain.jobs import grouping, intake, resources
+from viscotrain.jobs import grouping, intake, on_request, resources
 from viscotrain.jobs.digests import digest
 
 # ------------------------------------------------------------------------------------ the study
@@ -35,7 +35,7 @@ try:
     JOB_MINUTES = intake.minutes_of_a_job(config, grouping.MINUTES)
     config.pop("job_minutes", None)
     STUDIES, MEASURED, GIVEN_TABLE, MEASURED_SPACINGS = intake.read(
-        config, workflow.configfiles
+        config, workflow.configfiles, first=workflow.is_main_process
     )
     # The only one; or the first of a sweep, for what they share.
     STUDY = STUDIES[0]
@@ -161,6 +161,7 @@ MODULES = {
 # Figures that compare diameters.
 COMPARING = [
     "confinement",
+    "confinement_length",
     "confinement_order",
     *(["confinement_design_map"] if MAP else []),
 ]
@@ -265,13 +266,18 @@ def simulating(names, most=8):
     return f"Simulating {', '.join(shown[:most])}{more}"
 
 
-def verifiable(wildcards):
-    """No file; an error if the section asks for what this study cannot give."""
-    try:
-        check_verification(STUDY, ", ".join(map(str, workflow.configfiles)))
-    except ConfigError as error:
-        raise WorkflowError(str(error)) from None
-    return []
+def asked_for(name):
+    """No file; an error if what is asked for by name cannot be made, or takes too long."""
+
+    def check(wildcards):
+        try:
+            source = ", ".join(map(str, workflow.configfiles))
+            intake.check_request(name, STUDIES, source)
+        except ConfigError as error:
+            raise WorkflowError(str(error)) from None
+        return []
+
+    return check
 
 
 # ----------------------------------------------------------------------------------- resources
@@ -311,6 +317,19 @@ def simulating_trains(runs, feed, fractions=()):
         wanted = fractions or [parse_fraction(wildcards.volume_fraction)]
         seconds = sum(resources.train_seconds(STUDY, phi, runs, feed) for phi in wanted)
         return resources.minutes_for(seconds, attempt)
+
+    return not_solving("trains") | {"runtime": runtime}
+
+
+def designing():
+    """Resources of all trains of a design at one Deborah number, about the mean."""
+
+    def runtime(wildcards, attempt):
+        trains = [
+            job for job in on_request.of_design(STUDY) if job.stage == "design_trains"
+        ]
+        longest = max((job.seconds for job in trains), default=0.0)
+        return resources.minutes_for(longest, attempt)
 
     return not_solving("trains") | {"runtime": runtime}
 

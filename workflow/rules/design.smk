@@ -15,7 +15,7 @@ rule design_trains:
     conda:
         ENVIRONMENT
     resources:
-        **not_solving("design_trains"),
+        **designing(),
     params:
         **given("design_trains", stages.design_trains(STUDY)),
     message:
@@ -26,6 +26,7 @@ rule design_trains:
 
 rule design:
     input:
+        asked_for("design"),
         **FITTED_FLUID,
         **DUCT,
         table=TABLE,
@@ -40,7 +41,12 @@ rule design:
         page=f"{RESULTS}/design/design.html",
         text=f"{RESULTS}/design/design.txt",
         conditions=f"{RESULTS}/design/design.csv",
-        figure=f"{FIGURES}/design.png",
+        figure=report(
+            f"{FIGURES}/design.png",
+            caption="../report/design.rst",
+            category="Design",
+            labels={"figure": "design"},
+        ),
         data=multiext(f"{FIGURES}/design", ".pdf", ".csv"),
     log:
         f"{LOGS}/design/design.log",

@@ -92,7 +92,7 @@ rule convergence:
 
 rule verification_report:
     input:
-        verifiable,
+        asked_for("verification"),
         table=TABLE,
         start_up=expand(f"{CHECKS}/start_up/{{point}}.nc", point=START_UPS),
         closure_train=expand(f"{CHECKS}/closure/train_De{{De}}.nc", De=CLOSURE_DEBORAHS),

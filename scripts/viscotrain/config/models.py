@@ -154,7 +154,11 @@ class DeborahConfig(Section):
 
 
 class TableConfig(Section):
-    """The grid of triplets whose velocities are computed, or a finished table."""
+    """The grid of triplets whose velocities are computed, or a finished table.
+
+    A geometry is one pair of distances (sp, sf); a point is a geometry at one Deborah number. Nodes
+    are the points of the grid; a hole is a point that could not be solved.
+    """
 
     file: PathText | None = key(
         "a finished velocity_table.nc, relative to the config file, in place of simulations; it "
@@ -217,8 +221,8 @@ class BudgetConfig(Section):
     """What a run may take before it is refused, with the estimate, in place of being begun."""
 
     core_hours: float = key(
-        "time on one core, of all simulations, trains, maps and movies together, up to which a "
-        "study is run",
+        "time on one core, of all simulations, trains, maps and movies together, or of what is "
+        "made on request, up to which a study is run",
         unit="h",
         default=200.0,
         gt=0,
@@ -337,7 +341,11 @@ class Resolution(Section):
         "iterations of one De step before it is given up", default=40, ge=1, le=1000
     )
     deborah_step: float = key(
-        "largest ratio of successive De in the continuation", default=3.0, ge=1.05, le=100
+        "largest ratio of successive De on the way up from 0, where each solution starts from the "
+        "one before (continuation)",
+        default=3.0,
+        ge=1.05,
+        le=100,
     )
 
 

@@ -63,8 +63,8 @@ class TrainsConfig(Section):
     )
     memory: float = key(
         "coefficient c of memory: pairs move (1 + c M) times as fast as at distances that are held,"
-        " with M the memory number. 0 leaves it out; docs/memory.md says what was found for "
-        "config/paper.yaml",
+        " with M the memory number: the diameters by which a gap changes in a relaxation time. 0 "
+        "leaves it out; docs/memory.md says what was found for config/paper.yaml",
         symbol="c",
         default=0.0,
         ge=0,

@@ -115,11 +115,19 @@ def with_fitted_fluid(study: Study, folder: str | Path = ".") -> Study:
     if file is None:
         return study
     if not (Path(folder) / file).exists():
-        raise ConfigError(
-            f"study {study.study}",
-            [f"fluid.data: not fitted yet; make {file} with Snakemake before"],
-        )
-    fluid, _ = read_yaml(Path(folder) / file)
+        command = f"snakemake --cores 2 --configfile CONFIG -- {file}"
+        line = f"fluid.data: not fitted yet; fit it before: {command}"
+        raise ConfigError(f"study {study.study}", [line])
+    return with_fluid_of(study, Path(folder) / file)
+
+
+def with_fluid_of(study: Study, file: Path) -> Study:
+    """The same study with a fluid that was fitted and written to a file.
+
+    Raises:
+        ConfigError: The file is none, or the study cannot be made with it.
+    """
+    fluid, _ = read_yaml(file)
     return with_fluid(study, FluidConfig.model_validate(fluid["fluid"]))
 
 

@@ -10,12 +10,17 @@ TEMPLATE = string.Template("""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy"
+  content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <title>$title</title>
 <style>
+:root { color-scheme: light dark; }
 body { font: 15px/1.45 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }
 table { border-collapse: collapse; }
-th, td { text-align: right; padding: 0.15em 0.8em; border-bottom: 1px solid #ccc; }
-img { width: 100%; }
+th, td { text-align: right; padding: 0.15em 0.8em; border-bottom: 1px solid #8886; }
+.wide { overflow-x: auto; }
+img { width: 100%; background: white; }
 pre { overflow-x: auto; }
 </style>
 </head>
@@ -60,7 +65,7 @@ def _table(rows: Sequence[Mapping[str, str]]) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in rows[0])
     body = ["".join(f"<td>{html.escape(text)}</td>" for text in row.values()) for row in rows]
     lines = "\n".join(f"<tr>{cells}</tr>" for cells in (head, *body))
-    return f"<table>\n{lines}\n</table>"
+    return f'<div class="wide" tabindex="0"><table>\n{lines}\n</table></div>'
 
 
 def _figure(caption: str, path: Path) -> str:

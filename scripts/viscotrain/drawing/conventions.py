@@ -27,9 +27,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from viscotrain.drawing.style import GREY, PALE_GREY
-from viscotrain.table.attributes import ERRORS
 from viscotrain.table.memory import remark as memory_remark
-from viscotrain.trains.variables import rate_in_words, unequal
+from viscotrain.trains.variables import amounts_in_words, rate_in_words, unequal
 
 SIGNED = "RdBu_r"
 REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
@@ -87,18 +86,6 @@ def velocity_unit(power: int) -> str:
     return r"[$\bar{U}$]" if power == 0 else rf"[$10^{{{power}}}\,\bar{{U}}$]"
 
 
-def largest_error(layer: xr.Dataset) -> float:
-    """Largest error of relative velocities at one De, in Ubar; NaN if it was not measured.
-
-    That of the interpolation, found between the nodes, plus that of the simulations, as far as it
-    is estimated.
-    """
-    if "check_error" not in layer or not np.isfinite(layer["check_error"]).any():
-        return math.nan
-    discretisation = float(layer[ERRORS[1]].max()) if ERRORS[1] in layer else 0.0
-    return float(np.abs(layer["check_error"]).max()) + np.nan_to_num(discretisation)
-
-
 def draw_closer_than_table(axes: Axes, smallest_distance: float, both: bool = True):
     """Grey out distances below the table's, on the horizontal axis or on both."""
     edge = float(distance_coordinate(smallest_distance))
@@ -111,11 +98,6 @@ def draw_ordered(axes: Axes, variation: float) -> Line2D:
     """The CV up to which a train counts as ordered, with its label for the legend."""
     words = f"counts as ordered: CV \N{LESS-THAN OR EQUAL TO} {variation:g}"
     return axes.axhline(variation, label=words, **ORDERED)
-
-
-def in_digits(value: float, digits: int = 2) -> str:
-    """A number with so many significant digits, and never as a power of ten."""
-    return f"{float(f'{value:.{digits}g}'):.12g}"
 
 
 def scientific(value: float) -> str:
@@ -133,7 +115,8 @@ def train_conditions(data: xr.Dataset) -> str:
     """The conditions of a train in words: of the flow, how much enters by which law, a remark."""
     flow = conditions(float(data["deborah"]), float(data["confinement"]))
     below = [amounts(data), *filter(None, [beyond(data)])]
-    return f"{flow},  {injection_in_words(data)}\n" + "\n".join(below)
+    between = "\n" if unequal(data) else ",  "  # of a line as long as a column
+    return f"{flow}{between}{injection_in_words(data)}\n" + "\n".join(below)
 
 
 def injection_in_words(data: xr.Dataset) -> str:
@@ -156,10 +139,10 @@ def with_sphere_rate(train: xr.Dataset, units: xr.Dataset | None) -> xr.Dataset:
 
 def amounts(data: xr.Dataset) -> str:
     """The volume fractions in the channel and in the feed, and spheres/s if known, in words."""
-    phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
+    phi, feed = amounts_in_words(data)
     rate = float(data.get("sphere_rate", math.nan))
-    enter = f"\n{rate_in_words(rate)} spheres/s" if math.isfinite(rate) else ""
-    return rf"$\phi$ = {phi:.3g} % in the channel, {feed:.3g} % in the feed{enter}"
+    enter = f", {rate_in_words(rate)} spheres/s" if math.isfinite(rate) else ""
+    return rf"$\phi$ = {phi} % in the channel, {feed} % in the feed{enter}"
 
 
 def marked_deborah(deborah: float, remark: str) -> str:

@@ -1,6 +1,6 @@
-r"""Figures about spheres that are conserved and seen: the spacing law, views of all stations.
+r"""Figure of the spacing law: a check that spheres are conserved.
 
-**Spacing law.** One sphere per length <s> d of an equally spaced train gives
+One sphere per length <s> d of an equally spaced train gives
 
     <s> phi = phi_mp beta^2,    phi_mp = 2/3 in a tube (beta = d/D),  pi/6 in a square channel
     (beta = d/H),
@@ -18,37 +18,24 @@ import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
-from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.ticker import NullFormatter
 
 from viscotrain.drawing.conventions import (
     FRACTION_AXES,
     MEAN_SPACING,
-    POSITION,
-    train_conditions,
-    with_sphere_rate,
 )
-from viscotrain.drawing.scale_bar import scale_bar
 from viscotrain.drawing.style import (
-    BLUE,
     PAGE,
     SMALL,
-    VERMILLION,
     Drawing,
     deborah_look,
     styled,
 )
-from viscotrain.fluid.units import CENTIMETRES
 from viscotrain.trains import design_map
-from viscotrain.trains.sizes import contact
-from viscotrain.trains.statistics import TOUCHING, touching
 
 TUBE, SQUARE = 2 / 3, math.pi / 6  # phi_mp
 STEP = 1.03  # between the symbols of two De at a volume fraction, which else hide each other
 BESIDE = 1.3  # beyond the volume fractions
-
-# ------------------------------------------------------------------------------------ spacing law
 
 
 @styled
@@ -129,68 +116,3 @@ def _law_data(dataset: xr.Dataset) -> pd.DataFrame:
     scaled = 100 * float(dataset["confinement"]) ** 2 / outlet["volume_fraction_percent"]
     laws = {column: share * scaled for share, column, _ in _laws(dataset)}
     return outlet[kept].assign(**laws).reset_index(drop=True)
-
-
-# --------------------------------------------------------------------------------------- stations
-
-
-@styled
-def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
-    """What the cameras at all stations see at the same moment, one under the other, to scale.
-
-    Args:
-        film: Result of `films.film`.
-        units: Result of `units.physical_units`.
-    """
-    frame = film.sizes["frame"] // 2
-    names = ["position", "diameter", "window_start", "time"]
-    scalars = ["field_of_view", "confinement", "deborah", "injection_rate", "memory_number"]
-    scalars += ["volume_fraction", "feed_volume_fraction", "diameter_variation"]
-    data = film[[*names, *scalars]].isel(frame=frame)
-    data.attrs = {"injection": film.attrs["injection"]}
-    data["channel_diameter"] = units["channel_diameter"].variable
-    view, beta = float(data["field_of_view"]), float(data["confinement"])
-    diameter = float(data["channel_diameter"])
-    count = data.sizes["station"]
-    height = (PAGE - 1.0) / view
-    figure = Figure(figsize=(PAGE, 0.75 + count * (height + 0.28)), layout="constrained")
-    panels = figure.subplots(count, 1, squeeze=False)[:, 0]
-    for axes, n in zip(panels, range(count), strict=True):
-        z = data["position"].values[n]
-        there = np.isfinite(z)
-        z, ratio = z[there], data["diameter"].values[n][there]
-        start, station = float(data["window_start"][n]), float(data["station"][n])
-        near_ones = touching(z, beta, contact(ratio - 1))
-        for place, own, near in zip(z, ratio, near_ones, strict=True):
-            colour = VERMILLION if near else BLUE
-            axes.add_patch(Circle((place, 0), own * beta / 2, facecolor=colour, lw=0))
-        axes.plot([station], [-0.5], "^", color="black", ms=5, clip_on=False, zorder=5)
-        axes.set(aspect="equal", xlim=(start, start + view), ylim=(-0.5, 0.5), yticks=[])
-        axes.set_facecolor("#EAF1F6")
-        axes.spines[["left", "right"]].set_visible(False)
-        axes.spines[["top", "bottom"]].set_linewidth(1.2)
-        axes.xaxis.set_major_locator(MaxNLocator(6))
-        axes.set_ylabel(
-            f"$z$ = {station:g} $D$\n{CENTIMETRES * diameter * station:.3g} cm",
-            rotation=0,
-            ha="right",
-            va="center",
-        )
-    length, name = scale_bar(view, diameter)
-    low = panels[0].get_xlim()[0] + 0.02 * view
-    panels[0].plot([low, low + length], [0.62, 0.62], color="black", lw=2.5, clip_on=False)
-    panels[0].text(low + length + 0.01 * view, 0.62, name, va="center")
-    panels[0].text(1, 1.05, r"flow $\longrightarrow$", ha="right", transform=panels[0].transAxes)
-    panels[-1].set_xlabel(POSITION)
-    words = train_conditions(with_sphere_rate(data, units))
-    figure.suptitle(f"{words},  all stations at the same moment")
-    marks = [
-        (Line2D([], [], ls="", marker="o", color=BLUE, ms=5), "sphere"),
-        (
-            Line2D([], [], ls="", marker="o", color=VERMILLION, ms=5),
-            f"touching ($s$ < {TOUCHING:g})",
-        ),
-        (Line2D([], [], ls="", marker="^", color="black", ms=5), "station"),
-    ]
-    figure.legend(*zip(*marks, strict=True), loc="outside lower center", ncols=3)
-    return Drawing(figure, data)

@@ -32,7 +32,6 @@ from viscotrain.drawing.conventions import (
     UNSTABLE,
     beyond,
     draw_ordered,
-    in_digits,
     injection_in_words,
     mark_explained,
     marked_deborah,
@@ -41,6 +40,7 @@ from viscotrain.drawing.conventions import (
 from viscotrain.drawing.style import PAGE, SMALL, Drawing, fraction_look, styled
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.trains import design_map
+from viscotrain.trains.variables import in_digits
 
 FRACTION_TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20)  # %
 ROW, CURVE = 0.4, 1.35  # heights in inches: of a De in the map, of a row of panels

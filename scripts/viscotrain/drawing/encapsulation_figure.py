@@ -1,7 +1,8 @@
 r"""Figure of beads in droplets: against the droplet frequency, and over all conditions.
 
 Left: P(0), P(1) and P(2+) of the best condition against the droplet frequency over the rate of the
-beads, with those of beads at random times. Right: P(1) of all conditions against what is poured in.
+beads, with those of beads at random times. Right: P(1) of all conditions against what is poured in,
+an arrow from what it is as beads enter to what it is at the end of the channel.
 """
 
 import math
@@ -17,23 +18,24 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 from viscotrain.drawing.style import (
     BLUE,
     GREY,
-    MARKERS,
     PAGE,
-    PALE_GREY,
     VERMILLION,
     Drawing,
-    deborah_colour,
+    deborah_look,
     styled,
 )
 from viscotrain.trains.encapsulation import best_condition
 from viscotrain.trains.occupancy import RANDOM_BEST, TOLERANCE, poisson
-from viscotrain.trains.variables import rate_in_words
+from viscotrain.trains.variables import in_digits, rate_in_words
 
 COLOURS = (GREY, BLUE, VERMILLION)  # of 0, 1, 2+ beads
 IN_WORDS = ("no bead", "one bead", "two or more")
 TICKS = (0.25, 0.5, 1, 2, 4)
 RANDOM = (0, (1, 1))  # dashes of beads at random times
 FRACTION_TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)  # %
+TOLERATED = {"facecolor": BLUE, "alpha": 0.13, "lw": 0}  # droplet frequencies
+ARROW = {"arrowstyle": "->", "lw": 0.8, "shrinkA": 2, "shrinkB": 2, "mutation_scale": 7}
+STEP = 10.0  # of the limits of shares, %
 WIDER = 1.35  # than the volume fractions of the conditions, on either side
 
 
@@ -51,31 +53,32 @@ def draw_encapsulation(found: xr.Dataset) -> Drawing:
     _draw_frequencies(left, own)
     _draw_conditions(right, found)
     for axes in (left, right):
-        axes.set_ylim(0, 100)
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
-    left.set_ylabel("share of droplets [%]")
+    left.set(ylabel="share of droplets [%]", ylim=(0, 100))
     right.set_ylabel("droplets with one bead [%]")
     handles, labels = left.get_legend_handles_labels()
     tolerance = f"one bead within {100 * TOLERANCE:g} % of its best"
-    handles += [Line2D([], [], color="black", lw=0.8, ls=RANDOM), Patch(color=PALE_GREY)]
+    handles += [Line2D([], [], color="black", lw=0.8, ls=RANDOM), Patch(**TOLERATED)]
     labels += ["beads at random times (Poisson)", tolerance]
-    more, words = right.get_legend_handles_labels()
-    open_symbol = Line2D([], [], color=GREY, marker="o", mfc="none", ms=4, ls="")
-    figure.legend(
-        [*handles, *more, open_symbol],
-        [*labels, *words, "as they enter"],
-        loc="outside lower center",
-        ncols=4,
-    )
+    figure.legend(handles, labels, loc="outside lower left", ncols=2)
+    figure.legend(loc="outside lower right", ncols=2, **_keys(right))
     return Drawing(figure, found)
+
+
+def _keys(axes: Axes) -> dict:
+    """Legend of the conditions: Deborah numbers at the end, and open as they enter."""
+    handles, labels = axes.get_legend_handles_labels()
+    both = [Line2D([], [], color=GREY, marker="o", ms=4, ls="", mfc=mfc) for mfc in ("none", GREY)]
+    words = ["open: as beads enter", "full: at the end"]
+    return {"handles": [*handles, *both], "labels": [*labels, *words]}
 
 
 def _draw_frequencies(axes: Axes, own: xr.Dataset):
     """One condition against the droplet frequency, with the one asked for, or the best."""
     ratio = own["frequency_ratio"].values
     low, high = (float(own[f"{name}_frequency_ratio"]) for name in ("lowest", "highest"))
-    axes.axvspan(np.nan_to_num(low, nan=ratio[0]), np.nan_to_num(high, nan=ratio[-1]), fc=PALE_GREY)
+    axes.axvspan(np.nan_to_num(low, nan=ratio[0]), np.nan_to_num(high, nan=ratio[-1]), **TOLERATED)
     per_bead = float(own["mean_count"] * own["droplet_frequency_ratio"])
     random = poisson(np.nan_to_num(per_bead, nan=1.0) / ratio)
     for n, (colour, words) in enumerate(zip(COLOURS, IN_WORDS, strict=True)):
@@ -87,22 +90,24 @@ def _draw_frequencies(axes: Axes, own: xr.Dataset):
     chosen = float(own["droplet_frequency_ratio"])
     rate = float(own["bead_rate"])
     if math.isfinite(chosen):
-        axes.plot([chosen] * 3, 100 * own["occupancy"], color="black", marker="o", ms=3, ls="")
+        best = np.isclose(own["occupancy"].values[1], own["best_single"])
+        look = {"color": "black", "marker": "o", "ms": 3, "lw": 0.6}
+        words = "the best droplet frequency" if best else "the droplet frequency asked for"
+        axes.plot([chosen] * 3, 100 * own["occupancy"], label=words, **look)
         axes.axvline(chosen, color="black", lw=0.6)
     axes.set(xscale="log", xlim=(ratio[0], ratio[-1]))
-    axes.set_xlabel("droplet frequency over rate of beads, $F$/rate")
+    axes.set_xlabel("droplet frequency over rate of beads")
     axes.set_xticks(TICKS)
     axes.xaxis.set_minor_locator(NullLocator())
     if math.isfinite(rate):
         other = axes.secondary_xaxis("top", functions=(lambda x: x * rate, lambda F: F / rate))
         other.set_xticks([rate * tick for tick in TICKS])
-        other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rate_in_words(value)))
+        other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: in_digits(value)))
         other.xaxis.set_minor_locator(NullLocator())
         other.set_xlabel("droplets per second")
-    axes.set_title(
-        f"De = {float(own['deborah']):g},  $\\phi$ = {100 * float(own['volume_fraction']):.3g} %,  "
-        f"$z$ = {float(own['station']):g} $D$"
-    )
+    phi = 100 * float(own["volume_fraction"])
+    where = f"$\\phi$ = {phi:.3g} %,  $z$ = {float(own['station']):g} $D$"
+    axes.set_title(f"the best condition: De = {float(own['deborah']):g},  {where}")
 
 
 def _draw_conditions(axes: Axes, found: xr.Dataset):
@@ -114,24 +119,24 @@ def _draw_conditions(axes: Axes, found: xr.Dataset):
     error = found["occupancy_halfwidth"].values[:, 1]
     error = error if asked else found["best_single_halfwidth"].values
     last, inlet = found["last_station"].values == 1, found["station"].values == 0
-    for n, De in enumerate(deborah):
-        style = {
-            "color": deborah_colour(De),
-            "marker": MARKERS[n % len(MARKERS)],
-            "ms": 4,
-            "ls": "",
-        }
+    for De in deborah:
+        style = deborah_look(De) | {"ls": ""}
         own = found["deborah"].values == De
         axes.plot(fraction[own & inlet], 100 * single[own & inlet], mfc="none", **style)
         at = own & last
         bars = 100 * np.nan_to_num(error[at])
-        label = f"De = {De:g}, at the end"
-        axes.errorbar(fraction[at], 100 * single[at], bars, lw=0.8, label=label, **style)
+        axes.errorbar(fraction[at], 100 * single[at], bars, lw=0.8, label=f"De = {De:g}", **style)
+        for end in np.flatnonzero(at):
+            for start in np.flatnonzero(own & inlet & (fraction == fraction[end])):
+                places = ((fraction[n], 100 * single[n]) for n in (end, start))
+                axes.annotate("", *places, arrowprops=ARROW | {"color": style["color"]})
     axes.axhline(100 * RANDOM_BEST, color="black", lw=0.8, ls=RANDOM)
     limits = fraction.min() / WIDER, fraction.max() * WIDER
     axes.set(xscale="log", xlim=limits, xlabel=r"volume fraction in the feed, $\phi_{feed}$ [%]")
     ticks = [tick for tick in FRACTION_TICKS if limits[0] <= tick <= limits[1]]
     axes.set_xticks(ticks)
+    some = 100 * np.array([RANDOM_BEST, *single[np.isfinite(single) & (last | inlet)]])
+    axes.set_ylim(STEP * np.floor(some.min() / STEP), STEP * np.ceil(some.max() / STEP + 0.2))
     axes.set_title(_frequency_in_words(found), pad=6)
 
 

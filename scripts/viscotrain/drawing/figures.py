@@ -11,7 +11,8 @@ from viscotrain.config.device_settings import (
 )
 from viscotrain.drawing import rheology_figure, schematic
 from viscotrain.drawing.conventions import with_sphere_rate
-from viscotrain.drawing.design_figures import spacing_law, stations
+from viscotrain.drawing.design_figures import spacing_law
+from viscotrain.drawing.movies import stations
 from viscotrain.drawing.pair_velocities import pair_velocity
 from viscotrain.drawing.relative_velocities import relative_velocities
 from viscotrain.drawing.stress_field import stress_field

@@ -1,6 +1,6 @@
-"""Movies of a flowing train: what the cameras of a film see, with words and marks around it.
+"""What the cameras of a film see: a movie of each, and all stations at one moment as a figure.
 
-Cameras fixed at the stations, and one that moves along (`trains.films`); `canvas` draws to scale.
+Cameras fixed at the stations, and one that moves along (`trains.films`); `windows` draws to scale.
 Words in a frame are physical where De > 0; `labelled` gives a film what they need.
 """
 
@@ -11,57 +11,115 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from viscotrain.drawing.canvas import (
-    GREY_TEXT,
-    POINT,
-    REFERENCE_WIDTH,
-    SHADOW,
-    SMALL_TEXT,
-    THICK,
-    WALL,
-    Canvas,
-    View,
-)
+from viscotrain.drawing.conventions import POSITION, train_conditions, with_sphere_rate
 from viscotrain.drawing.encoding import write
-from viscotrain.drawing.scale_bar import scale_bar
-from viscotrain.drawing.style import BLUE, VERMILLION
-from viscotrain.table.memory import remark
-from viscotrain.trains.statistics import TOUCHING
-from viscotrain.trains.variables import rate_in_words, unequal
+from viscotrain.drawing.style import BLUE, Drawing, styled
+from viscotrain.drawing.windows import (
+    MARK,
+    PAD,
+    SHADOW,
+    SPHERE,
+    WALL,
+    draw_legend,
+    draw_scale,
+    draw_station,
+    draw_window,
+    figure_of_windows,
+    frames,
+    place,
+    spheres,
+)
+from viscotrain.fluid.units import CENTIMETRES
+from viscotrain.trains.sizes import contact
+from viscotrain.trains.statistics import touching
+from viscotrain.trains.variables import in_digits
 
-BAR_START = 190  # of the scale bar
-HEADER, TICKS, FOOT = 60, 42, 46  # heights above the channel, below it, and below that
-ROW_GAP = 34  # between the rows of the moving window
-HEAD = 705  # middle of what the header says
-ENDS = 120  # beside the line that stands for the channel
-RING = 2 * POINT  # around a sphere of the first frame
+AROUND, LINE = 0.75, 0.15  # heights of words above and below the windows, and of a line, in inches
+PROGRESS = 0.12  # the same of the line that stands for the channel
+RING = {
+    "facecolor": "none",
+    "edgecolor": SHADOW,
+    "linewidth": 1.0,
+    "zorder": 0.5,
+}  # a sphere in the first frame
+STATION = Line2D([], [], ls="", marker="^", color="black", ms=MARK)
+FIRST = Line2D([], [], ls="", marker="o", mfc="none", mec=SHADOW, ms=SPHERE)
+OF_FILM = ["field_of_view", "confinement", "deborah", "injection_rate", "memory_number"]
+OF_FILM += ["volume_fraction", "feed_volume_fraction", "diameter_variation"]
 
 
-def _conditions(data: xr.Dataset) -> str:
-    phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
-    words = remark(data)
-    return (
-        f"De = {float(data['deborah']):g}   d/D = {float(data['confinement']):g}   "
-        f"\N{GREEK SMALL LETTER PHI} = {phi:.3g} %, feed {feed:.3g} %"
-        + (f"   {words}" if words else "")
+def labelled(film: xr.Dataset, units: xr.Dataset) -> xr.Dataset:
+    """A film with its physical units: the channel's diameter in mm, D/Ubar in s, spheres/s.
+
+    Args:
+        film: Result of `films.film`.
+        units: Result of `units.physical_units`.
+    """
+    own = units.sel(deborah=float(film["deborah"]))
+    return with_sphere_rate(film, units).assign(
+        channel_diameter=own["channel_diameter"].variable, time_scale=own["time"].variable
     )
 
 
-def _entry(data: xr.Dataset) -> str:
-    """How many spheres enter, by which law."""
-    rate = float(data["injection_rate"]) / float(data["time_scale"])
-    enter = f"{rate_in_words(rate)} spheres/s, " if math.isfinite(rate) else ""
-    return f"{enter}{data.attrs['injection']} injection{unequal(data)}"
+@styled
+def stations(film: xr.Dataset, units: xr.Dataset) -> Drawing:
+    """What the cameras at all stations see at the same moment, one under the other, to scale.
+
+    Args:
+        film: Result of `films.film`.
+        units: Result of `units.physical_units`.
+    """
+    names = ["position", "diameter", "window_start", "time", "spacing_variation"]
+    data = labelled(film, units)[[*names, *OF_FILM, "sphere_rate", "channel_diameter"]]
+    data = data.isel(frame=film.sizes["frame"] // 2)
+    data.attrs = {name: film.attrs[name] for name in ("injection", "given")}
+    title = [*train_conditions(data).split("\n"), "all stations at the same moment"]
+    count, view = data.sizes["station"], float(data["field_of_view"])
+    figure, panels = figure_of_windows(count, view, AROUND + LINE * len(title))
+    for n, axes in enumerate(panels):
+        seen = _draw_station(axes, data, n)
+        place(
+            seen, data["position"].values[n], data["diameter"].values[n], float(data["confinement"])
+        )
+    draw_scale(panels[0], float(data["channel_diameter"]))
+    panels[-1].set_xlabel(POSITION)
+    figure.suptitle("\n".join(title))
+    draw_legend(figure, _touches(data["position"], data), station=STATION)
+    return Drawing(figure, data)
+
+
+def _draw_station(axes: Axes, data: xr.Dataset, n: int):
+    """The window of the camera at station n with its name, and its spheres, none yet."""
+    station = float(data["station"][n])
+    seen = draw_window(axes, float(data["window_start"][n]), float(data["field_of_view"]))
+    draw_station(axes, station)
+    words = _place(station, data) + f"\nCV {float(data['spacing_variation'][n]):.2f}"
+    axes.set_ylabel(words, rotation=0, ha="right", va="center")
+    return seen
 
 
 def _place(z: float, data: xr.Dataset) -> str:
     """A position in D and in cm."""
-    return f"L/D = {z:.4g} ({z * float(data['channel_diameter']) / 10:.3g} cm)"
+    return f"$z$ = {z:g} $D$\n{CENTIMETRES * float(data['channel_diameter']) * z:.3g} cm"
+
+
+def _touches(position: xr.DataArray, data: xr.Dataset) -> bool:
+    """Whether any spheres touch; positions in D, the last dimension is that of spheres."""
+    beta = float(data["confinement"])
+    kind = "moving_diameter" if "moving_sphere" in position.dims else "diameter"
+    rows = (each.values.reshape(-1, each.shape[-1]) for each in (position, data[kind]))
+    for z, ratio in zip(*rows, strict=True):
+        there = np.isfinite(z)
+        if touching(z[there], beta, contact(ratio[there] - 1)).any():
+            return True
+    return False
 
 
 def _clock(data: xr.Dataset, times: NDArray, frame_rate: float) -> tuple[Callable, str]:
@@ -71,192 +129,119 @@ def _clock(data: xr.Dataset, times: NDArray, frame_rate: float) -> tuple[Callabl
         return lambda n: f"t = {times[n]:.2f} D/U\u0304", "U\u0304: mean velocity of the flow"
     seconds = times * scale
     slower = (times.size - 1) / frame_rate / seconds[-1]
-    words = f"{slower:.3g}\N{MULTIPLICATION SIGN} slower than real"
+    words = f"{in_digits(slower)}\N{MULTIPLICATION SIGN} slower than real"
     if slower < 1:
-        words = f"{1 / slower:.3g}\N{MULTIPLICATION SIGN} faster than real"
+        words = f"{in_digits(1 / slower)}\N{MULTIPLICATION SIGN} faster than real"
     shown, unit = (1e3 * seconds, "ms") if seconds[-1] < 1 else (seconds, "s")
     decimals = max(0, math.ceil(-math.log10(shown[1] - shown[0])))  # every frame has its own
     return lambda n: f"t = {shown[n]:.{decimals}f} {unit}", words
 
 
-def labelled(film: xr.Dataset, units: xr.Dataset) -> xr.Dataset:
-    """A film with its physical units: the channel's diameter in mm, and D/Ubar in s.
-
-    Args:
-        film: Result of `films.film`.
-        units: Result of `units.physical_units`.
-    """
-    own = units.sel(deborah=float(film["deborah"]))
-    return film.assign(
-        channel_diameter=own["channel_diameter"].variable, time_scale=own["time"].variable
-    )
+def _conditions(data: xr.Dataset) -> list[str]:
+    """Lines of the title of a film."""
+    return [*train_conditions(data).split("\n"), *filter(None, [data.attrs.get("channel")])]
 
 
-def station_view(data: xr.Dataset, station: int, width: int) -> View:
-    """Where the channel is in the frames of the camera at a station (its number)."""
-    scale = width / float(data["field_of_view"])
-    header = HEADER * width / REFERENCE_WIDTH
-    return View(float(data["window_start"][station]), scale, header + scale / 2)
+def _around(data: xr.Dataset) -> float:
+    """Height of the words of a film, in inches."""
+    return AROUND + LINE * len(_conditions(data))
 
 
-def station_frames(
-    data: xr.Dataset, station: int, *, width: int, frame_rate: float
-) -> Iterator[NDArray]:
-    """Frames of the camera at a station (its number), shape (height, width, 3), of bytes.
+def _head(figure: Figure, data: xr.Dataset) -> Text:
+    """The conditions, and on the right a place for words that change."""
+    shown = figure.suptitle("\n".join(_conditions(data)), x=0.01, ha="left")
+    look = {"ha": "right", "va": "top", "fontsize": shown.get_fontsize()}
+    return figure.text(0.99, 1 - PAD / figure.get_figheight(), "", **look)
+
+
+@styled
+def station_film(
+    data: xr.Dataset, station: int, frame_rate: float
+) -> tuple[Figure, list, Callable]:
+    """The figure of the camera at a station, what moves in it, and how to set it to a frame.
 
     Args:
         data: Result of `labelled`.
         station: Its number.
-        width: Pixels.
         frame_rate: Frames per second of the movie, which decides how slow it is.
     """
-    view = station_view(data, station, width)
-    below = HEADER + view.scale * REFERENCE_WIDTH / width
-    canvas = Canvas(width, below + TICKS + FOOT)
+    figure, (axes,) = figure_of_windows(1, float(data["field_of_view"]), _around(data))
     time, speed = _clock(data, data["time"].values, frame_rate)
-    now = _head(canvas, _place(float(data["station"][station]), data), data)
-    canvas.channel(view)
-    _ticks(canvas, view, below, float(data["station"][station]))
-    _foot(canvas, below + TICKS + FOOT / 2, data, speed)
-    canvas.mark(840, below + TICKS + FOOT / 2, "^", WALL)
-    canvas.text(857, below + TICKS + FOOT / 2, "station", size=SMALL_TEXT)
+    now = _head(figure, data)
+    seen = _draw_station(axes, data, station)
+    draw_scale(axes, float(data["channel_diameter"]))
+    axes.set_title(speed)
+    axes.set_xlabel(POSITION)
     positions, diameters = (data[name].values[station] for name in ("position", "diameter"))
-    spheres = canvas.spheres()
+    touch = _touches(data["position"].isel(station=station), data.isel(station=station))
+    draw_legend(figure, touch, station=STATION)
 
     def update(n: int):
         now.set_text(time(n))
-        canvas.place(spheres, [view], positions[n], diameters[n], float(data["confinement"]))
+        place(seen, positions[n], diameters[n], float(data["confinement"]))
 
-    yield from canvas.frames(len(positions), [spheres, now], update)
+    return figure, [seen, now], update
 
 
-def moving_views(data: xr.Dataset, n: int, width: int) -> list[View]:
-    """The rows of frame n of the camera that moves along, the leading piece first."""
-    rows, end = int(data["moving_rows"]), float(data["moving_window_end"][n])
+@styled
+def moving_film(data: xr.Dataset, frame_rate: float) -> tuple[Figure, list, Callable]:
+    """The same of the camera that moves along; its rows are pieces of a window."""
+    rows, beta = int(data["moving_rows"]), float(data["confinement"])
     length = float(data["moving_length"]) / rows
-    scale, unit = width / length, width / REFERENCE_WIDTH
-    return [
-        View(
-            end - (row + 1) * length,
-            scale,
-            HEADER * unit + row * (scale + ROW_GAP * unit) + scale / 2,
-        )
-        for row in range(rows)
-    ]
-
-
-def moving_frames(data: xr.Dataset, *, width: int, frame_rate: float) -> Iterator[NDArray]:
-    """Frames of the camera that moves along, with its place in the channel below.
-
-    Args:
-        data: Result of `labelled`.
-        width: Pixels.
-        frame_rate: Frames per second of the movie.
-    """
-    views, beta = moving_views(data, 0, width), float(data["confinement"])
-    below = (views[-1].axis + views[-1].scale / 2) * REFERENCE_WIDTH / width + 10
-    canvas = Canvas(width, below + 2 * FOOT + 16)
+    figure, panels = figure_of_windows(rows, length, _around(data), PROGRESS)
     time, speed = _clock(data, data["moving_time"].values, frame_rate)
-    now = _head(canvas, f"moving along at {float(data['moving_velocity']):.3f} U\u0304", data)
-    for view in views:
-        canvas.channel(view)
-        if view is not views[-1]:
-            y = (view.axis + view.scale / 2) * REFERENCE_WIDTH / width + ROW_GAP / 2
-            words = "\u2199 goes on below, on the right"
-            canvas.text(16, y, words, size=SMALL_TEXT, color=GREY_TEXT)
-    y = below + FOOT / 2 + 4
-    _foot(canvas, y, data, speed)
-    canvas.mark(840, y, "o", "none", mec=SHADOW, mew=RING)
-    canvas.text(857, y, "in the first frame", size=SMALL_TEXT)
-    window = _progress(canvas, below + FOOT + 14, data)
-    starts = window.get_x() + _along(data)
+    at = f"at {float(data['moving_velocity']):.3g} U\u0304"
+    now = _head(figure, data)
     positions, diameters = data["moving_position"].values, data["moving_diameter"].values
-    first = canvas.spheres(facecolor="none", edgecolor=SHADOW, linewidth=RING)
-    canvas.place(first, views, positions[0], diameters[0], beta)
-    spheres = canvas.spheres()
+    ends = data["moving_window_end"].values
+    seen = []
+    for n, axes in enumerate(panels[:-1]):
+        seen.append(draw_window(axes, -(n + 1) * length, length))
+        place(spheres(axes, **RING), positions[0] - ends[0], diameters[0], beta)
+        axes.set_xticks([])
+        axes.set_ylabel(f"row {n + 1}", rotation=0, ha="right", va="center")
+        if n:
+            axes.set_title(f"row {n} goes on here, at the right", loc="right")
+    draw_scale(panels[0], float(data["channel_diameter"]))
+    panels[0].set_title(f"moving along {at}, {speed}")
+    window = _draw_progress(panels[-1], data)
+    touch = _touches(data["moving_position"], data)
+    draw_legend(figure, touch, **{"where it was in the first frame": FIRST})
 
     def update(n: int):
-        now.set_text(f"{time(n)}\nCV {variation_in_view(data, n):.2f}")
-        window.set_x(starts[n])
-        canvas.place(spheres, moving_views(data, n, width), positions[n], diameters[n], beta)
+        count, variation = in_view(data, n)
+        now.set_text(f"{time(n)}\nCV {variation:.2f} of these {count} spheres")
+        window.set_x(ends[n] - float(data["moving_length"]))
+        for spheres_of_row in seen:
+            place(spheres_of_row, positions[n] - ends[n], diameters[n], beta)
 
-    yield from canvas.frames(len(positions), [spheres, now, window], update)
+    return figure, [*seen, now, window], update
 
 
-def variation_in_view(data: xr.Dataset, n: int) -> float:
-    """Coefficient of variation of the spacings that frame n of the moving camera shows."""
+def in_view(data: xr.Dataset, n: int) -> tuple[int, float]:
+    """How many spheres frame n of the moving camera shows, and the CV of their spacings."""
     z, end = data["moving_position"].values[n], float(data["moving_window_end"][n])
-    spacing = np.diff(z[(z >= end - float(data["moving_length"])) & (z <= end)])
-    return float(spacing.std() / spacing.mean()) if spacing.size else math.nan
+    z = z[(z >= end - float(data["moving_length"])) & (z <= end)]
+    spacing = np.diff(z)
+    return z.size, float(spacing.std() / spacing.mean()) if spacing.size else math.nan
 
 
-def _head(canvas: Canvas, place: str, data: xr.Dataset) -> Text:
-    """Place, conditions, and words about the time that are to be filled in."""
-    canvas.text(16, HEADER / 2, place)
-    lines = list(filter(None, [_conditions(data), _entry(data), data.attrs.get("channel")]))
-    size = min(SMALL_TEXT, 0.85 * HEADER / len(lines))
-    for n, words in enumerate(lines):
-        canvas.text(HEAD, (n + 0.5) / len(lines) * HEADER, words, "center", size)
-    return canvas.text(REFERENCE_WIDTH - 16, HEADER / 2, "", "right")
-
-
-def _ticks(canvas: Canvas, view: View, below: float, station: float):
-    """Positions in D below the channel, and a mark at the station."""
-    end = view.start + REFERENCE_WIDTH * canvas.unit / view.scale
-    for z in MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(view.start, end):
-        x = float(view.column(z)) / canvas.unit
-        canvas.box(x - 1, below + THICK, x + 1, below + THICK + 9, WALL)
-        if 30 < x < REFERENCE_WIDTH - 30:
-            canvas.text(x, below + 30, f"{z:g} D", "center", SMALL_TEXT)
-    x = np.clip(float(view.column(station)) / canvas.unit, 10, REFERENCE_WIDTH - 10)
-    canvas.mark(x, below + THICK + 7, "^", WALL, ms=14 * POINT)
-
-
-def _foot(canvas: Canvas, y: float, data: xr.Dataset, speed: str):
-    """Flow, scale bar, legend and speed of the movie."""
-    canvas.text(16, y, "flow", size=SMALL_TEXT)
-    canvas.arrow(66, y)
-    length, name = scale_bar(float(data["field_of_view"]), float(data["channel_diameter"]))
-    start, end = bar_columns(length, float(data["field_of_view"]))
-    canvas.box(start, y - 2.5, end, y + 2.5, "black")
-    canvas.text(end + 12, y, name, size=SMALL_TEXT)
-    canvas.mark(455, y, "o", BLUE)
-    canvas.text(472, y, "sphere", size=SMALL_TEXT)
-    canvas.mark(575, y, "o", VERMILLION)
-    canvas.text(592, y, f"touching (s* < {TOUCHING:g} d)", size=SMALL_TEXT)
-    canvas.text(REFERENCE_WIDTH - 16, y, speed, "right", SMALL_TEXT)
-
-
-def bar_columns(length: float, field_of_view: float) -> tuple[float, float]:
-    """Ends of a scale bar, given in D as the window is, for a frame `REFERENCE_WIDTH` wide."""
-    return BAR_START, BAR_START + length / field_of_view * REFERENCE_WIDTH
-
-
-def _along(data: xr.Dataset) -> NDArray:
-    """How far the window has come in each frame, on the line that stands for the channel."""
-    start = data["moving_window_end"].values - float(data["moving_length"])
-    return start / float(data["channel_length"]) * (REFERENCE_WIDTH - 2 * ENDS)
-
-
-def _progress(canvas: Canvas, y: float, data: xr.Dataset) -> Rectangle:
+def _draw_progress(axes: Axes, data: xr.Dataset) -> Rectangle:
     """The whole channel as a line, with its stations, and the window, as long as it is."""
-    left, right = ENDS, REFERENCE_WIDTH - ENDS
-    canvas.text(left - 16, y, "inlet", "right", SMALL_TEXT)
-    canvas.text(right + 16, y, "outlet", size=SMALL_TEXT)
-    canvas.box(left, y - THICK / 2, right, y + THICK / 2, WALL)
-    per_length = (right - left) / float(data["channel_length"])
-    for z in data["station"].values:
-        x = left + per_length * z
-        canvas.box(x - 1, y - 8, x + 1, y + 8, WALL)
-        canvas.text(x, y + 24, f"{z:g} D", "center", SMALL_TEXT)
-    width = max(per_length * float(data["moving_length"]), 4)
-    return canvas.box(left, y - 8, left + width, y + 8, BLUE)
+    length = float(data["channel_length"])
+    axes.set(xlim=(0, length), ylim=(-1, 1), yticks=[], xticks=data["station"].values)
+    axes.spines[["left", "right", "top"]].set_visible(False)
+    axes.spines["bottom"].set(color=WALL, position=("data", 0))
+    axes.set_xlabel(POSITION)
+    axes.set_ylabel("camera", rotation=0, ha="right", va="center")
+    window = Rectangle((0, -0.8), float(data["moving_length"]), 1.6, facecolor=BLUE, lw=0)
+    return axes.add_patch(window)
 
 
 def make(
     film: xr.Dataset, units: xr.Dataset, folder: str | Path, *, width: int, frame_rate: float
 ) -> list[Path]:
-    """Write the movies of all stations, `station_<L/D>`, and `moving_frame`; their paths.
+    """Write the movies of all stations, `station_<z/D>`, and `moving_frame`; their paths.
 
     Args:
         film: Result of `films.film`.
@@ -274,3 +259,17 @@ def make(
     ]
     moving = moving_frames(data, **look)
     return [*paths, write(moving, folder / "moving_frame", frame_rate=frame_rate)]
+
+
+def station_frames(
+    data: xr.Dataset, station: int, *, width: int, frame_rate: float
+) -> Iterator[NDArray]:
+    """Frames of the camera at a station (its number), shape (height, width, 3), of bytes."""
+    figure, moving, update = station_film(data, station, frame_rate)
+    return frames(figure, width, data.sizes["frame"], moving, update)
+
+
+def moving_frames(data: xr.Dataset, *, width: int, frame_rate: float) -> Iterator[NDArray]:
+    """Frames of the camera that moves along."""
+    figure, moving, update = moving_film(data, frame_rate)
+    return frames(figure, width, data.sizes["frame"], moving, update)

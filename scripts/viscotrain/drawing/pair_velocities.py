@@ -21,7 +21,6 @@ from viscotrain.drawing.conventions import (
     distance_axis,
     distance_coordinate,
     draw_closer_than_table,
-    largest_error,
     mark_explained,
     marked_deborah,
     power_of_ten,
@@ -31,7 +30,7 @@ from viscotrain.drawing.conventions import (
 from viscotrain.drawing.style import COLUMN, GREY, MARKER_SIZE, STYLE, Drawing, deborah_look, styled
 from viscotrain.table import pairs
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.table.points import holes
+from viscotrain.table.points import holes, largest_error
 from viscotrain.words import INACCURATE, NEGLIGIBLE, has_solution
 
 NODE_KINDS = ("simulated", "inaccurate", "hole")  # of a pair

@@ -26,7 +26,6 @@ from viscotrain.drawing.conventions import (
     distance_axis,
     distance_coordinate,
     draw_closer_than_table,
-    largest_error,
     power_of_ten,
     scientific,
     velocity_unit,
@@ -34,7 +33,7 @@ from viscotrain.drawing.conventions import (
 from viscotrain.drawing.style import GREY, PAGE, SMALL, VERMILLION, Drawing, styled
 from viscotrain.table.attributes import INTERPOLATED
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.table.points import holes
+from viscotrain.table.points import holes, largest_error
 from viscotrain.words import INACCURATE, NEGLIGIBLE, PAIRS, PARTICLES
 
 LEVELS = 20  # of filled contours, about

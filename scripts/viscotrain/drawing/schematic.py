@@ -1,10 +1,12 @@
 """Schematic: the triplet and the train, to scale, from the geometry code and the config.
 
 Triplet: `geometry.Geometry` of one geometry of the table, in the tube that is simulated. Train:
-spheres at the inlet at random distances, as they are injected, and at the outlet at the mean
-spacing, whether trains of the study order or not: a drawing knows only of the mean. Diameters and
-distances are in proportion; the channel between inlet and outlet is left out. The section of a
-duct, whose smaller side is D, stands beside the train, with the inscribed tube.
+spheres at the inlet at random distances, an example, and an ideal outlet, where all distances are
+the mean one, whether trains of the study order or not: a drawing knows only of the mean, and says
+so. Diameters and distances are in proportion; the channel between inlet and outlet is left out. The
+section of a duct, whose smaller side is D, stands beside the train, with the inscribed tube.
+
+Distances s_p, s_f and their mean <s> are lengths, given in d.
 """
 
 import math
@@ -18,6 +20,7 @@ from matplotlib.patches import Circle, Rectangle
 from viscotrain.config.device_settings import (
     SchematicSettings,
 )
+from viscotrain.drawing.conventions import MEAN_SPACING
 from viscotrain.drawing.style import GREY, PAGE, SMALL, STYLE, Drawing, styled
 from viscotrain.flow.geometry import Geometry
 from viscotrain.fluid.parameters import CHANNEL_RADIUS
@@ -26,7 +29,7 @@ from viscotrain.words import PARTICLES
 FLUID, SPHERE = "#EAF1F6", "#DDDDDD"
 ENTERING = (0.55, 1.5, 0.75, 1.3)  # distances at the inlet over the mean one, an example
 OMITTED = 1.6  # from the last sphere near the inlet to the first near the outlet, as drawn
-BOTTOM, TOP = -0.8, 0.6  # of what is drawn of the triplet, in D
+BOTTOM, TOP = -0.56, 0.56  # of what is drawn of the triplet, in D
 LINE = 0.15  # height of a line of text in inches
 LEAVING = 3  # spheres that are drawn at the outlet
 SECTION_GAP = (
@@ -164,7 +167,7 @@ def _draw_triplet(axes: Axes, data: xr.Dataset):
             fontsize=SMALL,
             arrowprops={"arrowstyle": "-", "lw": 0.4, "color": GREY, "shrinkB": 0},
         )
-    for left, right, name in zip(z[:-1], z[1:], ("$s_p\\,d$", "$s_f\\,d$"), strict=True):
+    for left, right, name in zip(z[:-1], z[1:], ("$s_p$", "$s_f$"), strict=True):
         _measure(axes, (left, 0.2), (right, 0.2), name, (0, 0.09))
         for place in (left, right):
             axes.plot([place, place], [0, 0.23], color=GREY, lw=0.4)
@@ -172,17 +175,16 @@ def _draw_triplet(axes: Axes, data: xr.Dataset):
     _measure(axes, (leading, -beta / 2), (leading, beta / 2), "$d$", (0.07, 0))
     _measure(axes, (start + 0.55, -0.5), (start + 0.55, 0.5), "$D$", (0.09, 0.25))
     axes.annotate("", (start + 1.25, 0), (start + 0.8, 0), arrowprops=FLOW)
-    axes.text(start + 1.02, 0.1, "flow, $Q$", ha="center", fontsize=SMALL)
+    axes.text(start + 1.02, 0.1, "mean velocity $\\bar{U}$", ha="center", fontsize=SMALL)
     axes.plot([start, end], [0, 0], color=GREY, lw=0.5, ls=(0, (6, 3, 1, 3)), zorder=1)
     for place in (start, end):
         axes.plot([place, place], [-0.5, 0.5], color=GREY, lw=1, ls="--")
-    axes.text(start + 0.05, -0.42, "inflow", fontsize=SMALL)
-    axes.text(end - 0.05, -0.42, "outflow", ha="right", fontsize=SMALL)
-    axes.text(end - 0.05, 0.38, "periodic up to the pressure drop", ha="right", fontsize=SMALL)
+    words = "dashed ends: periodic, up to the pressure drop"
+    axes.text(end - 0.05, 0.38, words, ha="right", fontsize=SMALL)
     inside = ", in the inscribed tube" if "channel" in data.attrs else ""
     title = (
         f"triplet of the simulation{inside}: "
-        f"$s_p$ = {float(data['sp']):g}, $s_f$ = {float(data['sf']):g}, "
+        f"$s_p$ = {float(data['sp']):g} $d$, $s_f$ = {float(data['sf']):g} $d$, "
         f"$\\beta$ = $d/D$ = {beta:g} (to scale)"
     )
     axes.set_title(title, loc="left")
@@ -211,9 +213,9 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     above, below = 0.5 + line / 2, -0.5 - 0.7 * line
     last = leaving + shift
     for left, right, name in (
-        (*entering[n - 1 : n + 1], "$s_p\\,d$"),
-        (*entering[n : n + 2], "$s_f\\,d$"),
-        (*last[-2:], "$s^*d$"),
+        (*entering[n - 1 : n + 1], "$s_p$"),
+        (*entering[n : n + 2], "$s_f$"),
+        (*last[-2:], f"${MEAN_SPACING}$"),
     ):
         _measure(axes, (left, above), (right, above), name, (0, line * 0.8))
     for place in (*entering[n - 1 : n + 2], *last[-2:]):
@@ -224,7 +226,7 @@ def _draw_train(axes: Axes, data: xr.Dataset):
         (0.0, below, "inlet, $z$ = 0"),
         (end, below, f"outlet, $z$ = {length:g} $D$"),
         (entering[1:].mean(), below - line, "enters at random distances"),
-        (last.mean(), below - line, "drawn at the mean spacing"),
+        (last.mean(), below - line, "ideal: equally spaced (not computed)"),
     ):
         axes.text(place, row, name, ha="center", va="center", fontsize=SMALL)
     for place in (0.0, end):
@@ -235,9 +237,8 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     spacing = float(data["mean_spacing"]) / beta
     title = (
         f"train: $\\phi$ = {phi:.3g} % in the channel (feed: about {feed:.2g} % at "
-        f"De = {float(data['deborah']):g}), $s^*$ = "
-        f"${_law(data)}\\,\\beta^2/\\phi$ = {spacing:.3g} $d$ (distances at the inlet: "
-        "an example)"
+        f"De = {float(data['deborah']):g}), mean spacing ${MEAN_SPACING}$ = "
+        f"${_law(data)}\\,d\\,\\beta^2/\\phi$ = {spacing:.3g} $d$"
     )
     if "channel" in data.attrs:
         _draw_section(axes, data, _train_width(data) - 0.85)

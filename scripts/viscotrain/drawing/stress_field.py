@@ -4,6 +4,10 @@ Drawn is the trace of the polymer stress less that of the flow without spheres, 
 the wall and moves nothing, with the streamlines in the frame of the middle sphere: contours of
 
     psi(r, z) = int_0^r (u_z - U_2) r' dr'.
+
+There the wall moves backwards, and so does the fluid but for a core, a little faster than spheres,
+which turns back at them: the line between both ends at the outer spheres. All is symmetric about
+the axis; drawn is the side with the wall. At De = 0 the trace is zero, as of any Newtonian stress.
 """
 
 import math
@@ -11,7 +15,7 @@ import math
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import SymLogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
@@ -19,15 +23,19 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from viscotrain.drawing.conventions import SIGNED
-from viscotrain.drawing.style import GREY, PAGE, SMALL, Drawing, styled
+from viscotrain.drawing.style import PAGE, SMALL, Drawing, styled
+from viscotrain.fluid.parameters import CHANNEL_RADIUS
 from viscotrain.words import NEGLIGIBLE
 
 FIELD_MARGIN = 0.8  # of the drawn field beyond the outer spheres' centres, in D
-LINEAR, LARGEST = 0.02, 0.5  # of the colours, over the largest stress: linear below, full above
+CLIPPED = 0.01  # share of the field that may be beyond the colours: thin layers at the spheres
+LINEAR = 0.2  # of the colours, over their end, beyond which they are logarithmic
 STREAMLINES = 14
+MINUS = "\N{MINUS SIGN}"
 BESIDE = 0.8  # width of a panel over that of the figure
-FARTHEST = 1.5  # drawn radius, in d, or up to the wall
-ROUND_IT = 0.32, 0.6  # height of title and axes in inches: of each panel, of all
+BELOW_AXIS = 0.8  # drawn there, in d: all of the spheres
+ROUND_IT = 0.3, 0.8  # height of title and axes in inches: of each panel, of all
+NUMBERS = {"trailing": "1", "middle": "2", "leading": "3"}  # as in the equations
 
 
 @styled
@@ -35,34 +43,64 @@ def stress_field(field: xr.Dataset) -> Drawing:
     """Change of the polymer stress around one triplet, a panel for each Deborah number."""
     data = _shown(field)
     z = data["z"].values
-    view, edge = (z[0], z[-1]), min(FARTHEST * float(data["confinement"]), 0.5)
-    panel = 2 * edge * BESIDE * PAGE / (view[1] - view[0]) + ROUND_IT[0]
-    height = panel * data.sizes["deborah"] + ROUND_IT[1]
+    empty = ~data["stress_change"].fillna(0.0).any(["r", "z"]).values
+    low = -BELOW_AXIS * float(data["confinement"])
+    high = np.where(empty, CHANNEL_RADIUS / 2, CHANNEL_RADIUS)
+    heights = (high - low) * BESIDE * PAGE / (z[-1] - z[0])  # to scale
+    height = heights.sum() + ROUND_IT[0] * len(heights) + ROUND_IT[1]
     figure = Figure(figsize=(PAGE, height), layout="compressed")
-    panels = figure.subplots(data.sizes["deborah"], 1, sharex=True, squeeze=False)[:, 0]
+    shape = {"sharex": True, "squeeze": False, "height_ratios": heights}
+    panels = figure.subplots(len(heights), 1, **shape)[:, 0]
     norm = _norm(data["stress_change"].values)
-    for axes, De in zip(panels, data["deborah"].values, strict=True):
-        own = data.sel(deborah=De)
+    for axes, own, top in zip(panels, _layers(data), high, strict=True):
         shown = _draw_change(axes, own, norm)
         _draw_streamlines(axes, own)
         _draw_spheres(axes, own)
-        axes.set(aspect="equal", xlim=view, ylim=(-edge, edge), ylabel="$r$ [$D$]")
+        axes.set(aspect="equal", xlim=(z[0], z[-1]), ylim=(low, top), ylabel="$r$ [$D$]")
         axes.yaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
-        axes.set_title(f"De = {De:g}", loc="left")
-    _draw_mesh(panels[-1], data)
+        axes.set_title(f"De = {float(own['deborah']):g}", loc="left")
+        if top == CHANNEL_RADIUS:
+            axes.spines["top"].set_linewidth(2)  # the wall
+        else:
+            place = {"ha": "right", "fontsize": SMALL, "transform": axes.transAxes}
+            axes.text(0.99, 0.06, "empty: the trace of a Newtonian stress is zero", **place)
     panels[0].set_title(_conditions(data))
     panels[0].set_title(r"flow $\longrightarrow$", loc="right")
-    panels[-1].set_xlabel("position along the channel from the middle sphere, $z$ [$D$]")
+    position = "position along the channel from the middle sphere, $z$ [$D$]"
+    panels[-1].set_xlabel(f"{position}\n{_words(data)}")
+    _draw_bar(figure, shown, panels)
+    return Drawing(figure, data)
+
+
+def _layers(data: xr.Dataset) -> list[xr.Dataset]:
+    """The field at each Deborah number."""
+    return [data.isel(deborah=n) for n in range(data.sizes["deborah"])]
+
+
+def _words(data: xr.Dataset) -> str:
+    """What is seen besides the colours."""
+    names = ", ".join(f"{NUMBERS[str(name)]} {name}" for name in data["sphere"].values)
+    return (
+        f"spheres: {names};  thick line: wall\nthin lines: streamlines as seen from sphere 2, "
+        "from where the fluid near the wall moves to the left"
+    )
+
+
+def _draw_bar(figure: Figure, shown: QuadMesh, panels: NDArray):
+    """The colour bar, in round numbers."""
     bar = figure.colorbar(shown, ax=list(panels), pad=0.01, aspect=50, extend="both")
+    end, linear = shown.norm.vmax, LINEAR * shown.norm.vmax
+    ticks = [-end, -linear, 0, linear, end]
+    bar.set_ticks(ticks, labels=[f"{tick:g}".replace("-", MINUS) for tick in ticks])
+    bar.minorticks_off()
     bar.set_label(
         r"change of the polymer stress, $\Delta\,\mathrm{tr}\,\tau$ [$\eta_0 \bar{U}/D$]"
         "\n(more than without spheres: red)"
     )
-    return Drawing(figure, data)
 
 
 def _shown(field: xr.Dataset) -> xr.Dataset:
-    """The drawn part of the field: change of the stress, streamfunction, mesh and spheres."""
+    """The drawn part of the field: change of the stress, streamfunction and spheres."""
     field = field.isel(sphere=np.isfinite(field["sphere_position"].values))
     centre = float(field["sphere_position"].sel(sphere="middle"))
     data = field[["confinement", "sp", "sf", "sphere_velocity"]]
@@ -75,9 +113,8 @@ def _shown(field: xr.Dataset) -> xr.Dataset:
         "units": "1",
     }
     data["streamfunction"] = _streamfunction(field)
-    for name in ("sphere_position", "edge_z"):
-        data[name] = (field[name] - centre).assign_attrs(field[name].attrs)
-    data["edge_r"] = field["edge_r"]
+    position = field["sphere_position"]
+    data["sphere_position"] = (position - centre).assign_attrs(position.attrs)
     data = data.assign_coords(z=(field["z"] - centre).assign_attrs(field["z"].attrs))
     low, high = data["sphere_position"].values[[0, -1]] + FIELD_MARGIN * np.array([-1, 1])
     return data.sel(z=slice(low, high))
@@ -97,14 +134,19 @@ def _streamfunction(field: xr.Dataset) -> xr.DataArray:
 
 
 def _norm(change: NDArray) -> SymLogNorm:
-    """Centred at zero; logarithmic, since strands are thin and strong, and wakes wide and weak."""
-    largest = max(float(np.nanmax(np.abs(change), initial=0.0)), NEGLIGIBLE)
-    end = LARGEST * largest
-    return SymLogNorm(LINEAR * largest, vmin=-end, vmax=end)
+    """Centred at zero; logarithmic, since strands are thin and strong, and wakes wide and weak.
+
+    Where most of the field is below the end, which is a round number: a layer at a sphere may have
+    a stress that is many times as large.
+    """
+    known = np.abs(change[np.isfinite(change) & (change != 0)])
+    end = float(np.quantile(known, 1 - CLIPPED)) if known.size else 0.0
+    end = max(float(f"{end:.0e}"), NEGLIGIBLE)
+    return SymLogNorm(LINEAR * end, vmin=-end, vmax=end)
 
 
-def _draw_change(axes: Axes, own: xr.Dataset, norm: SymLogNorm):
-    """The change of the stress, in both halves of the channel."""
+def _draw_change(axes: Axes, own: xr.Dataset, norm: SymLogNorm) -> QuadMesh:
+    """The change of the stress, on both sides of the axis."""
     r, change = own["r"].values, own["stress_change"].values
     both = np.concatenate([-r[:0:-1], r]), np.concatenate([change[:0:-1], change])
     style = {"norm": norm, "cmap": SIGNED, "shading": "gouraud", "rasterized": True}
@@ -112,7 +154,7 @@ def _draw_change(axes: Axes, own: xr.Dataset, norm: SymLogNorm):
 
 
 def _draw_streamlines(axes: Axes, own: xr.Dataset):
-    """In the upper half: as many towards the wall as psi has values, evenly in its root."""
+    """As many towards the wall as psi has values, evenly in its root."""
     psi = own["streamfunction"].values
     share = np.linspace(-1, 1, 2 * STREAMLINES + 1)
     levels = np.unique(np.sign(share) * share**2 * np.abs(psi).max())
@@ -129,17 +171,9 @@ def _draw_spheres(axes: Axes, own: xr.Dataset):
         axes.text(position, 0, NUMBERS[str(name)], **middle)
 
 
-def _draw_mesh(axes: Axes, data: xr.Dataset):
-    lines = np.stack([data["edge_z"].values, -data["edge_r"].values], axis=-1)
-    axes.add_collection(LineCollection(lines, colors=GREY, linewidths=0.25))
-
-
 def _conditions(data: xr.Dataset) -> str:
     distances = [
         f"{symbol} = " + (f"{s:g} $d$" if math.isfinite(s) else "\N{INFINITY}")
         for symbol, s in (("$s_p$", float(data["sp"])), ("$s_f$", float(data["sf"])))
     ]
     return ",  ".join([f"$d/D$ = {float(data['confinement']):g}", *distances])
-
-
-NUMBERS = {"trailing": "1", "middle": "2", "leading": "3"}  # as in the equations

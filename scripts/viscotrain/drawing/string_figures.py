@@ -1,6 +1,7 @@
-"""The figure of how spheres are grouped: pair correlation, and strings by their length."""
+"""The figure of how spheres are grouped: pair correlation, and strings by their length in words."""
 
-import matplotlib
+import textwrap
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -10,73 +11,80 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from viscotrain.drawing.conventions import train_conditions
-from viscotrain.drawing.style import COLUMN, SMALL, STYLE, VERMILLION, Drawing, styled
-from viscotrain.drawing.train_figures import kept
+from viscotrain.drawing.style import BLUE, COLUMN, GREY, STYLE, Drawing, styled
+from viscotrain.drawing.train_figures import DOTTED, kept
 from viscotrain.trains.statistics import LONGEST_STRING, TOUCHING
+from viscotrain.trains.variables import with_errors
 
-WIDTH = 0.8  # of the bars of all stations together
-NAMES = {2: "doublets", 3: "triplets"}
+SMALLEST = 5e-4  # share that is named: 0.1 %, rounded
+LINE = 64  # characters that are as long as the axes
+NAMES = {2: "doublets", 3: "triplets", LONGEST_STRING: f"strings of {LONGEST_STRING} or more"}
 
 
 @styled
 def strings(trains: xr.Dataset) -> Drawing:
-    """Pair correlation at the stations, and the share of spheres in strings of touching ones."""
-    data = kept(trains, ["pair_correlation", "string_share"], ["string_share_injected"])
-    figure = Figure(figsize=(COLUMN, 5.2), layout="constrained")
-    upper, lower = figure.subplots(2, 1)
-    colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.88, data.sizes["station"]))
-    _draw_correlation(upper, data, colours)
-    _draw_strings(lower, data, colours)
+    """Pair correlation at the first and at the last station, and what is touching there."""
+    measures = ["pair_correlation", "string_share"]
+    data = kept(trains, measures, ["string_share_injected", "spacing_density_injected"])
+    figure = Figure(figsize=(COLUMN, 3.5), layout="constrained")
+    axes = figure.subplots()
+    first, last = (data.isel(station=n) for n in (0, -1))
+    _draw_correlation(axes, first, GREY)
+    _draw_correlation(axes, last, BLUE)
+    _draw_longest(axes, data)
+    axes.axhline(1.0, color="black", lw=0.6, ls=(0, (4, 2)))
+    axes.set(xlim=(1.0, data["spacing_bin"].values[-1]), ylim=(0, None))
+    axes.set_xlabel("distance $s$ [$d$]")
+    axes.set_ylabel("pair correlation, $g(s)$ (1: no order)")
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True, steps=[1, 2, 5, 10]))
+    words = [f"spheres in strings, neighbours closer than {TOUCHING:g} $d$:"]
+    words += [_in_strings(own) for own in (first, last)]
+    axes.set_title("\n".join(words), loc="left", fontsize=STYLE["legend.fontsize"])
     figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
-    handles = [Line2D([], [], color=colour, lw=2) for colour in colours]
-    labels = [f"$z$ = {z:g} $D$" for z in data["station"].values]
-    handles.append(Line2D([], [], color=VERMILLION, lw=1.2))
-    labels.append("by the injection law")
+    entries = [
+        (Line2D([], [], color=colour), f"$z$ = {float(own['station']):g} $D$")
+        for own, colour in ((first, GREY), (last, BLUE))
+    ]
     if trains.sizes["repeat"] > 1:
-        handles.append(Patch(facecolor="black", alpha=0.2, lw=0))
-        labels.append("band, thin bar: sampling (95 %)")
-    handles.append(Line2D([], [], color="black", lw=3))
-    labels.append("thick bar: model error")
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, columnspacing=1.2)
+        entries.append((Patch(facecolor="black", alpha=0.2, lw=0), "sampling error (95 %)"))
+    bar = Line2D([], [], color="black", marker="|", ms=6, lw=0, mew=1)
+    entries.append((bar, "model error"))
+    figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=2)
     return Drawing(figure, data)
 
 
-def _draw_correlation(axes: Axes, data: xr.Dataset, colours):
-    s = data["spacing_bin"].values
-    axes.axhline(1.0, color="black", lw=0.6, ls=(0, (4, 2)))
-    for n, colour in enumerate(colours):
-        own = data.isel(station=n)
-        g = own["pair_correlation"].values
-        half = np.nan_to_num(own["pair_correlation_halfwidth"].values)
-        axes.plot(s, g, color=colour, lw=1)
-        if n == len(colours) - 1:
-            axes.fill_between(s, g - half, g + half, color=colour, alpha=0.25, lw=0)
-            error = own["pair_correlation_model_error"].values
-            axes.vlines(s, g - error, g + error, color=colour, lw=2)
-    axes.set(xlim=(1.0, s[-1]), ylim=(0, None))
-    axes.set_xlabel("distance $s$ [$d$]")
-    axes.set_ylabel("pair correlation, $g(s)$\n(1: no order)")
-    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True, steps=[1, 2, 5, 10]))
+def _draw_correlation(axes: Axes, station: xr.Dataset, colour: str):
+    """g(s) with both errors."""
+    s, g = station["spacing_bin"].values, station["pair_correlation"].values
+    half, model = (
+        np.nan_to_num(station[f"pair_correlation{end}"].values)
+        for end in ("_halfwidth", "_model_error")
+    )
+    axes.plot(s, g, color=colour, lw=1)
+    axes.fill_between(s, np.maximum(g - half, 0), g + half, color=colour, alpha=0.25, lw=0)
+    axes.vlines(s, np.maximum(g - model, 0), g + model, color="black", lw=0.8)
 
 
-def _draw_strings(axes: Axes, data: xr.Dataset, colours):
-    """Bars of strings of two and more; singlets are the rest, in words."""
-    length = data["string_length"].values[1:]
-    width = WIDTH / len(colours)
-    for n, colour in enumerate(colours):
-        own = data.isel(station=n, string_length=slice(1, None))
-        x = length + width * (n - (len(colours) - 1) / 2)
-        share = 100 * own["string_share"].values
-        axes.bar(x, share, 0.9 * width, color=colour, alpha=0.6)
-        for end, lw in (("_halfwidth", 0.8), ("_model_error", 3)):
-            half = 100 * np.nan_to_num(own[f"string_share{end}"].values)
-            axes.vlines(x, np.maximum(share - half, 0), share + half, color=colour, lw=lw)
-    law = 100 * data["string_share_injected"].values[1:]
-    axes.hlines(law, length - WIDTH / 2, length + WIDTH / 2, color=VERMILLION, lw=1.2)
-    names = [NAMES.get(n, f"{n}{' or more' if n == LONGEST_STRING else ''}") for n in length]
-    axes.set_xticks(length, names)
-    axes.set_xlabel(f"spheres in a string (closer than {TOUCHING:g} $d$)")
-    axes.set_ylabel("share of spheres [%]")
-    alone = 100 * data["string_share"].isel(station=-1, string_length=0)
-    words = f"singlets, at the last station: {float(alone):.1f} %"
-    axes.text(0.98, 0.95, words, ha="right", va="top", fontsize=SMALL, transform=axes.transAxes)
+def _draw_longest(axes: Axes, data: xr.Dataset):
+    """The largest distance at which spheres enter, where there is one: g falls there."""
+    some = np.flatnonzero(data["spacing_density_injected"].values > 0)
+    if some[-1] + 1 >= data.sizes["spacing_bin"]:
+        return
+    bins = data["spacing_bin"]
+    longest = bins.values[some[-1]] + bins.attrs["bin_width"] / 2
+    axes.axvline(longest, color=GREY, lw=1, ls=DOTTED)
+    words = "no neighbours\nenter farther apart"
+    place = {"ha": "left", "va": "bottom", "transform": axes.get_xaxis_transform()}
+    axes.text(longest, 0.02, f" {words}".replace("\n", "\n "), fontsize=7, **place)
+
+
+def _in_strings(station: xr.Dataset) -> str:
+    """The shares of spheres in strings of all lengths that are worth a word, with their errors."""
+    found = []
+    for length in station["string_length"].values[1:]:
+        own = station.sel(string_length=length)
+        if float(own["string_share"]) >= SMALLEST:
+            words = with_errors(own, "string_share", 1, 100, " \N{PLUS-MINUS SIGN} ")
+            found.append(f"{NAMES.get(int(length), f'strings of {length}')} {words} %")
+    line = f"at {float(station['station']):g} $D$: {', '.join(found) or 'none'}"
+    return textwrap.fill(line, LINE, subsequent_indent="   ")

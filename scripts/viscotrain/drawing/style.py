@@ -89,11 +89,6 @@ def deborah_colour(deborah: ArrayLike) -> NDArray:
     return np.where(De[..., None] > 0, colours, (0.0, 0.0, 0.0, 1.0))
 
 
-def colours_of(count: int) -> NDArray:
-    """A colour for each of so many things that have none of their own; shape (count, 4)."""
-    return matplotlib.colormaps["cividis"](np.linspace(0, 0.85, count))
-
-
 def station_colour(share: ArrayLike) -> NDArray:
     """The colour of a position z/L along the channel, 0 to 1; shape (..., 4)."""
     return np.asarray(matplotlib.colormaps["Greys"](0.3 + 0.6 * np.asarray(share, dtype=float)))

@@ -1,6 +1,8 @@
 """Figures of the verification, and the statement of accuracy that follows from its numbers."""
 
+import itertools
 from collections.abc import Iterator, Sequence
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -9,17 +11,18 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
 
 from viscotrain.drawing.style import (
-    BLUE,
     GREY,
+    MARKER_SIZE,
     MARKERS,
     PAGE,
+    PALE_GREY,
+    SMALL,
     STYLE,
-    VERMILLION,
     Drawing,
-    colours_of,
-    deborah_colour,
+    deborah_look,
     styled,
 )
 from viscotrain.studies.accuracy import (
@@ -34,12 +37,15 @@ from viscotrain.studies.findings import Findings
 from viscotrain.words import PAIRS
 
 COLUMNS = 3
-PAIR_COLOURS = (BLUE, VERMILLION)
-PERMILLE = 1e3
 MODELS: dict[str, dict[str, Any]] = {  # by their closure; the study's own one last
-    "every_sphere": {"color": "black", "ls": "--", "lw": 1.1},
-    "nearest": {"color": VERMILLION, "ls": ":", "lw": 1.1},
+    "every_sphere": {"ls": "-", "lw": 1.1},
+    "nearest": {"ls": (0, (1, 1)), "lw": 1.1},
 }
+GAPS = {PAIRS[1]: "-", PAIRS[0]: (0, (4, 2))}  # of three spheres: the one ahead, the one behind
+GAP_WORDS = ("gap ahead of the middle sphere", "gap behind it")
+RUNS = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 3)), (0, (6, 1, 1, 1, 1, 1)))
+TIME = r"time since the start [$\lambda_1$]"
+PERMILLE = 1e3
 LABELS = {
     "mesh": ("sizes at the start over the default ones (accuracy: its cube)", "order"),
     "order": ("polynomial order of the velocity", "factor per order"),
@@ -60,8 +66,8 @@ def all_of(found: Findings) -> Iterator[tuple[str, Drawing]]:
 
 def _point(comparison: xr.Dataset) -> str:
     sp, sf, De = (float(comparison[name]) for name in ("sp", "sf", "deborah"))
-    behind, ahead = ("\N{INFINITY}" if np.isinf(s) else f"{s:g}" for s in (sp, sf))
-    return f"De = {De:g}, $s_p$ = {behind}, $s_f$ = {ahead}"
+    behind, ahead = ("\N{INFINITY}" if np.isinf(s) else f"{s:g} $d$" for s in (sp, sf))
+    return f"De = {De:g}: $s_p$ = {behind}, $s_f$ = {ahead}"
 
 
 # ------------------------------------------------------------------------------------- start-up
@@ -69,82 +75,65 @@ def _point(comparison: xr.Dataset) -> str:
 
 @styled
 def start_up(comparisons: Sequence[xr.Dataset]) -> Drawing:
-    """Velocities from rest, quasi-steady ones on top, and what remains between both."""
-    rows = -(-(len(comparisons) + 3) // COLUMNS)
-    figure = Figure(figsize=(PAGE, 2.1 * rows), layout="constrained")
-    panels = iter(figure.subplots(rows, COLUMNS, squeeze=False).ravel())
-    for comparison, axes in zip(comparisons, panels, strict=False):
+    """Velocities from rest, with those of held distances on top, and what remains between both."""
+    rows, used = divmod(len(comparisons), COLUMNS)
+    figure = Figure(figsize=(PAGE, 1.0 + 1.9 * (rows + 1)), layout="constrained")
+    grid = figure.add_gridspec(rows + 1, COLUMNS)
+    for n, (comparison, letter) in enumerate(zip(comparisons, ascii_lowercase, strict=False)):
+        axes = figure.add_subplot(grid[divmod(n, COLUMNS)])
         _draw_relative(axes, comparison)
-    colours = colours_of(len(comparisons))
-    together, decay, over = next(panels), next(panels), next(panels)
-    for n, (comparison, colour) in enumerate(zip(comparisons, colours, strict=True)):
-        style = {"color": colour, "label": _point(comparison)}
-        lambda_1 = float(comparison["deborah_longest_mode"])
-        time = comparison["time"] / lambda_1
-        middle = comparison["velocity"].sel(sphere="middle")
-        together.plot(time, middle, **style)
-        checked = comparison["check_time"] / lambda_1
-        quasi_steady = comparison["quasi_steady_velocity"]
-        on_top = quasi_steady[:, list(comparison["sphere"].values).index("middle")]
-        together.plot(checked, on_top, ls="", marker="o", ms=3, color=colour)
-        difference = np.abs(remaining_differences(comparison)).max(axis=-1, initial=0.0)
-        marker = {"marker": MARKERS[n % len(MARKERS)], "ms": 4}
-        decay.semilogy(checked, np.maximum(difference, NOISE / 100), **marker, **style)
-        over.semilogy(float(comparison["deborah"]), difference[-1], ls="", **marker, **style)
-    together.set_ylabel(r"velocity of the middle sphere [$\bar U$]")
-    decay.set_ylabel("|transient - quasi-steady|,\nrelative velocity [$\\bar U$]")
-    over.set_ylabel("the same at the end [$\\bar U$]")
-    over.set_xlabel("De")
-    over.axhline(5e-5, color=GREY, lw=0.8, ls="--")
-    over.set_ylim(top=max(1e-4, over.get_ylim()[1]))
-    over.text(0.98, 5.3e-5, r"$5\times 10^{-5}$", color=GREY, ha="right", transform=_x_axes(over))
-    over.margins(x=0.2)
-    for axes in (together, decay):
-        axes.set_xlabel(r"time since the start [$\lambda_1$]")
-    for axes in panels:
-        axes.set_axis_off()
-    entries = [Line2D([], [], color=colour) for colour in PAIR_COLOURS]
-    names = ["$U_2 - U_1$", "$U_3 - U_2$"]
-    entries.append(Line2D([], [], ls="", marker="o", ms=3, color="black"))
-    names.append("quasi-steady at the present distances")
+        axes.set_title(_point(comparison), loc="left")
+        words = {"ha": "right", "weight": "bold", "transform": axes.transAxes}
+        axes.text(0.97, 0.04, letter, **words)
+        if n % COLUMNS == 0:
+            axes.set_ylabel("relative velocity\n[$10^{-3}\\,\\bar U$]")
+    _draw_remaining(figure.add_subplot(grid[rows, used:]), comparisons)
+    entries = [Line2D([], [], color="black", ls=style) for style in GAPS.values()]
+    entries.append(Line2D([], [], ls="", marker="o", ms=MARKER_SIZE, color="black"))
+    names = [*GAP_WORDS, "velocities of the same distances, held"]
     figure.legend(entries, names, loc="outside upper center", ncols=3)
-    handles, labels = decay.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
     return Drawing(figure, _start_up_data(comparisons))
 
 
-def _x_axes(axes: Axes):
-    """Coordinates: x in parts of the axes, y in data."""
-    return axes.get_yaxis_transform()
-
-
 def _draw_relative(axes: Axes, comparison: xr.Dataset):
-    """Relative velocities of one point against time."""
+    """Relative velocities of one point against time: positive where the gap opens."""
     lambda_1 = float(comparison["deborah_longest_mode"])
+    look = deborah_look(float(comparison["deborah"])) | {"marker": "", "clip_on": False}
     relative = PERMILLE * np.diff(comparison["velocity"].values, axis=-1)
-    quasi_steady = PERMILLE * np.diff(comparison["quasi_steady_velocity"].values, axis=-1)
-    first = 0 if np.isfinite(comparison["sp"]) else 1
-    for k in range(relative.shape[1]):
-        colour = PAIR_COLOURS[first + k]
-        axes.plot(comparison["time"] / lambda_1, relative[:, k], color=colour)
+    held = PERMILLE * np.diff(comparison["quasi_steady_velocity"].values, axis=-1)
+    for k, pair in enumerate(_pairs(comparison)):
+        axes.plot(comparison["time"] / lambda_1, relative[:, k], **look | {"ls": GAPS[pair]})
         checked = comparison["check_time"] / lambda_1
-        axes.plot(checked, quasi_steady[:, k], ls="", marker="o", ms=3, color=colour)
-    settled = comparison["time"].values > 0.5 * lambda_1
-    shown = np.concatenate([relative[settled].ravel(), quasi_steady.ravel(), [0.0]])
-    room = 0.25 * np.ptp(shown)
-    axes.set_ylim(shown.min() - room, shown.max() + room)
+        axes.plot(checked, held[:, k], **look | {"ls": "", "marker": "o"})
     axes.axhline(0, color="black", lw=0.6)
-    axes.set_title(_point(comparison))
-    axes.set_ylabel(r"relative velocity [$10^{-3}\,\bar U$]")
-    axes.set_xlabel(r"time since the start [$\lambda_1$]")
+    axes.set_xlabel(TIME)
+    axes.margins(x=0)
+
+
+def _pairs(comparison: xr.Dataset) -> tuple[str, ...]:
+    """Names of its gaps."""
+    return PAIRS if np.isfinite(comparison["sp"]) else PAIRS[1:]
+
+
+def _draw_remaining(axes: Axes, comparisons: Sequence[xr.Dataset]):
+    """The larger one of both differences of a run against time; runs have letters."""
+    for comparison, letter, dashes in zip(
+        comparisons, ascii_lowercase, itertools.cycle(RUNS), strict=False
+    ):
+        look = deborah_look(float(comparison["deborah"])) | {"ls": dashes}
+        time = comparison["check_time"].values / float(comparison["deborah_longest_mode"])
+        difference = np.abs(remaining_differences(comparison)).max(axis=-1, initial=0.0)
+        axes.semilogy(time, np.maximum(difference, NOISE / 100), label=letter, **look)
+    axes.set_title("how far from the velocities of held distances", loc="left")
+    axes.set(xlabel=TIME, ylabel=r"largest difference [$\bar U$]", xlim=(0, None))
+    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5), handlelength=3)
 
 
 def _start_up_data(comparisons: Sequence[xr.Dataset]) -> pd.DataFrame:
     parts = []
     for comparison in comparisons:
         point = {name: float(comparison[name]) for name in ("sp", "sf", "deborah")}
-        names = PAIRS if np.isfinite(point["sp"]) else PAIRS[1:]
-        for k, pair in enumerate(names[: comparison.sizes["gap"]]):
+        for k, pair in enumerate(_pairs(comparison)):
             frame = pd.DataFrame(
                 {
                     "time_D_per_Ubar": comparison["time"],
@@ -164,55 +153,56 @@ def _start_up_data(comparisons: Sequence[xr.Dataset]) -> pd.DataFrame:
 
 @styled
 def closure(trains: Sequence[xr.Dataset], spacing: pd.DataFrame) -> Drawing:
-    """A short train, directly and by the models, and the errors of closures over the spacing."""
-    figure = Figure(figsize=(PAGE, 6.4), layout="constrained")
-    upper, lower = figure.add_gridspec(2, 1, height_ratios=[2, 1])
-    rows = upper.subgridspec(2, len(trains)).subplots(sharex="col", sharey="row", squeeze=False)
-    for train, position, difference in zip(trains, *rows, strict=True):
-        _draw_train(position, difference, train)
-    rows[0, 0].set_ylabel("distance to the trailing\nsphere, $(z_i - z_1)/d$")
-    rows[1, 0].set_ylabel("the same, model minus\ndirect simulation")
-    figure.legend(
-        [Line2D([], [], color=BLUE), *(Line2D([], [], **style) for style in MODELS.values())],
-        ["all spheres simulated directly", *(f"model, {CLOSURE_WORDS[name]}" for name in MODELS)],
-        loc="outside upper center",
-        ncols=3,
-    )
+    """Errors of both models: of a short train on its way, and over the spacing of an even one."""
+    figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
+    upper, lower = figure.add_gridspec(2, 1, height_ratios=[1, 1.2])
+    panels = upper.subgridspec(1, len(trains)).subplots(sharey=True, squeeze=False)[0]
+    for train, axes in zip(trains, panels, strict=True):
+        _draw_train(axes, train)
+    panels[0].set_ylabel("distance to the last sphere,\nmodel minus simulation [$d$]")
     error, share = lower.subgridspec(1, 2).subplots()
     _draw_errors(error, share, spacing)
+    styles = [Line2D([], [], color="black", **style) for style in MODELS.values()]
+    names = [f"model: a sphere feels {CLOSURE_WORDS[name]}" for name in MODELS]
+    figure.legend(styles, names, loc="outside upper center", ncols=2)
     return Drawing(figure, _closure_data(trains, spacing))
 
 
-def _draw_train(position: Axes, difference: Axes, train: xr.Dataset):
-    """A short train, and by how much the models differ from it."""
-    time, direct = train["time"], train["distance"].cumsum("gap")
-    position.axhline(0, color=BLUE)
-    position.plot(time, direct, color=BLUE)
+def _draw_train(axes: Axes, train: xr.Dataset):
+    """By how much each sphere of a short train is elsewhere by the models; they may begin late."""
+    De, time, direct = float(train["deborah"]), train["time"], train["distance"].cumsum("gap")
+    look, largest = deborah_look(De) | {"marker": ""}, largest_differences(train)
+    axes.axhline(0, color="black", lw=0.6)
     for name, style in MODELS.items():
         model = train["model_distance"].sel(closure=name).cumsum("gap", skipna=False)
-        position.plot(time, model, **style)
-        difference.plot(time, model - direct, **style)
-    largest = largest_differences(train)
-    difference.set_title(" and ".join(f"{largest[name]:.2g} $d$" for name in MODELS) + " at most")
-    position.set_title(f"De = {float(train['deborah']):g}")
-    difference.axhline(0, color=BLUE)
-    difference.set_xlabel(r"time [$D/\bar U$]")
+        axes.plot(time, model - direct, **look | style)
+    known = train["model_distance"].notnull().all(["closure", "gap"]).values
+    begin, start = (float(t) for t in (time[0], time[known.argmax() if known.any() else -1]))
+    if start > begin:
+        axes.axvspan(begin, start, color=PALE_GREY, alpha=0.5, lw=0)
+        look = {"rotation": 90, "ha": "center", "va": "center", "fontsize": SMALL}
+        place = axes.get_xaxis_transform()
+        axes.text((begin + start) / 2, 0.5, "start-up", transform=place, **look)
+    axes.set_title(f"De = {De:g}", loc="left")
+    words = [f"{CLOSURE_WORDS[name]}: at most {largest[name]:.2g} $d$" for name in MODELS]
+    axes.text(0.03, 0.03, "\n".join(words), fontsize=SMALL, transform=axes.transAxes)
+    axes.set_xlabel(r"time [$D/\bar U$]")
+    axes.margins(x=0, y=0.15)
 
 
 def _draw_errors(error: Axes, share: Axes, spacing: pd.DataFrame):
     """Errors of relative velocities of equally spaced spheres against their gap."""
-    deborahs = sorted(spacing["deborah"].unique())
     sizes = spacing.assign(error=spacing["error"].abs(), direct=spacing["direct"].abs())
     worst = sizes.groupby(["closure", "deborah", "gap"])[["error", "direct"]].max()
-    for n, (De, colour) in enumerate(zip(deborahs, deborah_colour(deborahs), strict=True)):
-        marker = {"marker": MARKERS[n], "ms": 4, "color": colour}
+    for De in sorted(spacing["deborah"].unique()):
         for name, style in MODELS.items():
-            found, line = worst.loc[name, De], marker | {"ls": style["ls"], "lw": style["lw"]}
-            error.semilogy(found.index, found["error"], **line)
-            share.semilogy(found.index, 100 * found["error"] / found["direct"], **line)
-        error.plot([], [], **marker, label=f"De = {De:g}")
-    error.set_ylabel("error of relative velocities [$\\bar U$]")
-    share.set_ylabel("over the largest relative\nvelocity of the train [%]")
+            found, look = worst.loc[name, De], deborah_look(De) | style
+            error.semilogy(found.index, found["error"], **look)
+            share.semilogy(found.index, 100 * found["error"] / found["direct"], **look)
+        error.plot([], [], **deborah_look(De) | {"ls": ""}, label=f"De = {De:g}")
+    error.set_ylabel("largest error of a\nrelative velocity [$\\bar U$]")
+    share.set_ylabel("the same, in % of the largest\nrelative velocity in that train")
+    share.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     for axes in (error, share):
         axes.set_xlabel("gap between equally spaced spheres [$d$]")
         axes.grid(alpha=0.3, lw=0.5)

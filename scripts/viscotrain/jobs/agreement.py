@@ -95,16 +95,25 @@ def refuse_other_case(name: str, table: xr.Dataset, case: CaseSettings) -> None:
     Raises:
         TableError: It is not; one message names all that differs.
     """
+    if lines := other_case(table, case):
+        raise TableError(f"{name}: not of this study\n  " + "\n  ".join(lines))
+
+
+def other_case(table: xr.Dataset, case: CaseSettings) -> list[str]:
+    """In what a finished table is of another case, a line each; a fluid to be fitted is left out.
+
+    Args:
+        table: As the table stage writes it.
+        case: What it must be of.
+    """
     own = yaml.safe_load(table.attrs.get("simulations_settings", "")) or {}
     if "deborah_longest_mode" not in table.coords or not own:
-        raise TableError(
-            f"{name}: not a velocity table of this program; allowed: velocity_table.nc"
-        )
+        return ["found no velocity table of this program; allowed: velocity_table.nc"]
     asked = yaml.safe_load(case.stated().text())
-    facts = dict(_flat({key: asked[key] for key in ("confinement", "dimensionless_fluid")}, ""))
+    named = [key for key in ("confinement", "dimensionless_fluid") if asked[key] is not None]
     lines = [
         f"{key}: found {own.get(key)}; allowed: {value}, as in the config"
-        for key, value in facts.items()
+        for key, value in _flat({key: asked[key] for key in named}, "")
         if str(own.get(key)) != value
     ]
     there = dict(zip(table["deborah"].values, table["deborah_longest_mode"].values, strict=True))
@@ -114,13 +123,12 @@ def refuse_other_case(name: str, table: xr.Dataset, case: CaseSettings) -> None:
             lines.append(
                 f"deborah: found {De:g} in the config; allowed: one of the table's {values}"
             )
-        elif f"{there[De]:.9g}" != f"{case.deborah_longest_mode(De):.9g}":
+        elif case.longest_modes and f"{there[De]:.9g}" != f"{case.deborah_longest_mode(De):.9g}":
             lines.append(
                 f"De = {De:g}: found lambda_1 Ubar/D = {there[De]:g}; allowed: "
                 f"{case.deborah_longest_mode(De):g}, as the config defines it"
             )
-    if lines:
-        raise TableError(f"{name}: not of this study\n  " + "\n  ".join(lines))
+    return lines
 
 
 def _most_common(facts) -> dict[str, str]:

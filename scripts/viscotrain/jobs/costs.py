@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from viscotrain.config import stages
-from viscotrain.config.geometries import diameter_ratios, simulated, wanted
+from viscotrain.config.geometries import diameter_ratios, simulated
 from viscotrain.config.names import train_name
 from viscotrain.config.study import Study
 from viscotrain.flow import continuation, quasi_steady
@@ -26,9 +26,11 @@ from viscotrain.flow.refinement import unknowns_per_element
 from viscotrain.jobs import grouping
 from viscotrain.jobs.digests import digest
 from viscotrain.jobs.grouping import MINUTES
+from viscotrain.jobs.on_request import REQUESTS
 from viscotrain.jobs.progress import Point, outcomes
 from viscotrain.jobs.provenance import made_with
 from viscotrain.jobs.resources import (
+    DRAW,
     FRAME,
     OTHERS,
     START_UP,
@@ -43,7 +45,9 @@ from viscotrain.words import has_solution
 MEASURED = Path(__file__).with_name("measured_costs.csv")
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
 FIGURE = 1.1  # CPU seconds of a figure
+REST = ("units", "operating_conditions", "order", "encapsulation", "interactive", "summary")
 TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
+USUAL_MODES = 2  # that a fit finds
 BUSY_CORE = 0.9  # what a further core adds: memory is shared, and the last jobs leave cores idle
 
 
@@ -56,12 +60,14 @@ class Work:
         outcomes: Status of the points that are there.
         trains: (De, volume fraction).
         trains_left: Those not there.
+        draws: Fluids that are drawn from a fit.
     """
 
     flows: dict[Triplet, tuple[float, ...]]
     outcomes: dict[Point, int]
     trains: tuple[tuple[float, float], ...]
     trains_left: tuple[tuple[float, float], ...]
+    draws: int = 0
 
     @property
     def flows_left(self) -> dict[Triplet, tuple[float, ...]]:
@@ -172,7 +178,7 @@ def flow_seconds(
     own: pd.DataFrame,
 ) -> float:
     """CPU seconds of one geometry at Deborah numbers of the study."""
-    count, modes = spheres(*geometry), len(study.dimensionless_fluid.modes)
+    count, modes = spheres(*geometry), _modes(study)
     total = 0.0
     for De in deborahs:
         finished = own[own.deborah == De]
@@ -187,7 +193,14 @@ def flow_seconds(
     return total
 
 
-# --------------------------------------------------------------------------------------- report
+def _modes(study: Study) -> int:
+    """Of the fluid; while it is not fitted as many as the config asks for, or `USUAL_MODES`."""
+    if study.fluid.modes is None:
+        return study.fluid.fit.modes or USUAL_MODES
+    return len(study.fluid.modes)
+
+
+# --------------------------------------------------------------------------------- cost of stages
 
 
 @dataclass(frozen=True)
@@ -243,7 +256,7 @@ class Cost:
 def cost_of(
     study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame, minutes: float = MINUTES
 ) -> Cost:
-    """Cost of the work that is left.
+    """Cost of the work that is left of a run without targets.
 
     Args:
         study: The config.
@@ -252,8 +265,8 @@ def cost_of(
         measured: Times of others.
         minutes: Work in a job of several geometries.
     """
-    flows = _flows(study, work, CostModel(measured), own, minutes)
-    if not (flows.jobs or work.trains_left):
+    before = cost_of_table(study, work, own, measured, minutes)
+    if not (before.jobs or work.trains_left):
         return Cost(())
     trains = [
         train_seconds(study, phi, study.trains, study.trains.feed) for _, phi in work.trains_left
@@ -264,20 +277,57 @@ def cost_of(
     films = len(study.movie_conditions())
     frames = study.movies.frames * (len(study.stations) + 1)
     pictures = len(study.deborah.values) + 2 * len(work.trains) + films + 5
+    draws = DRAW * work.draws * len(study.deborah.values)
+    rest = [OTHERS[name][0] - START_UP for name in REST]
+    duct = OTHERS["channel_flow"][0] if study.channel.section.is_duct else 0.0
     return Cost(
         (
-            flows,
-            _stage("table", [0.0] * bool(flows.jobs), OTHERS["table"]),
+            *before.stages,
             _stage("trains", trains, OTHERS["trains"]),
             _stage("diameter_variation", [variation_seconds(study)], OTHERS["trains"]),
             _stage("design_map", [*points.values(), *[0.0] * bool(points)], OTHERS["trains"]),
             _stage("movies", [*[0.0] * films, *[FRAME * frames] * films], OTHERS["movies"]),
-            # Of the study, of velocities and of every train; then order, units, config, page,
-            # summary.
+            _stage("fit_spread", [draws] * bool(draws), OTHERS["fit_spread"]),
+            # Of the study, of velocities and of every train.
             _spread("figures", FIGURE * pictures, 2 + len(work.trains), OTHERS["figures"]),
-            _spread("the rest", 0.0, 5, OTHERS["order"]),
+            _stage("the rest", [*rest, duct], OTHERS["order"]),
         )
     )
+
+
+def cost_of_table(
+    study: Study, work: Work, own: pd.DataFrame, measured: pd.DataFrame, minutes: float = MINUTES
+) -> Cost:
+    """Of what all else needs: the fluid and the table; for the arguments see `cost_of`."""
+    flows = _flows(study, work, CostModel(measured), own, minutes)
+    seconds = [OTHERS["fluid_fit"][0]] * (study.fluid.modes is None)
+    fit = _stage("fluid_fit", seconds, OTHERS["fluid_fit"])
+    table = bool(flows.jobs or (study.table.file and work.trains_left))
+    return Cost(
+        (
+            *[fit] * bool(fit.jobs),
+            flows,
+            _stage("table", [0.0] * table, OTHERS["table"]),
+        )
+    )
+
+
+def cost_of_request(name: str, study: Study, results: Path, before: Cost) -> Cost:
+    """Of a target on its own, with the table that it needs; what is there does not count.
+
+    Args:
+        name: One of `REQUESTS`.
+        study: The config.
+        results: Its folder.
+        before: Of the table.
+    """
+    again = before.jobs > 0
+    jobs: dict[str, list[float]] = {}
+    for request in REQUESTS[name](study):
+        if again or not (results / request.file).exists():
+            jobs.setdefault(request.stage, []).append(request.seconds)
+    own = [_stage(stage, seconds, OTHERS["trains"]) for stage, seconds in jobs.items()]
+    return Cost((*before.stages, *own))
 
 
 def _flows(
@@ -316,75 +366,3 @@ def _stage(name: str, seconds: Sequence[float], measured: tuple[float, int]) -> 
 def _spread(name: str, seconds: float, jobs: int, measured: tuple[float, int]) -> StageCost:
     """The same for work that is spread evenly over its jobs."""
     return _stage(name, [seconds / jobs] * jobs, measured)
-
-
-def basis_of(study: Study, own: pd.DataFrame) -> str:
-    """What the estimate rests on, in words."""
-    own_times = "times of this study's finished geometries"
-    measured = f"times in {MEASURED.name}, of another machine or run"
-    unknown = [f"{De:g}" for De in study.deborah.values if not (own.deborah == De).any()]
-    if not unknown:
-        return own_times
-    if len(unknown) == len(study.deborah.values):
-        return measured
-    return f"{own_times}; at De {', '.join(unknown)} {measured}"
-
-
-def estimate(
-    study: Study, results: Path, cores: int, measured: pd.DataFrame, minutes: float = MINUTES
-) -> str:
-    """The whole estimate as text; for the arguments see `cost_of`."""
-    work, own, cost = counted(study, results, measured, minutes)
-    simulated_points = sum(map(len, work.flows.values()))
-    left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
-    table = sum(len({*study.geometries, *wanted(study, De)}) for De in study.deborah.values)
-    unsolved = len(work.outcomes) - work.solved
-    trains, trains_left = len(work.trains), len(work.trains_left)
-    lines = [
-        f"study {study.study}: {len(work.flows)} geometries, {simulated_points} points "
-        f"(De x geometry), {trains} trains with {study.trains.repeats} repeats each",
-        f"               these make {table} points of the table, and check it",
-        f"  solved       {work.solved} points of {len(work.flows) - left} geometries"
-        + (f"; {unsolved} without a solution" if unsolved else "")
-        + f"; {trains - trains_left} trains",
-        f"  left         {left} geometries, {points_left} points, {trains_left} trains",
-        *(_row(stage) for stage in cost.stages if stage.jobs),
-        expected(cost, cores),
-    ]
-    if left:
-        lines.append(f"  rests on     {basis_of(study, own)}")
-    return "\n".join(lines)
-
-
-def counted(
-    study: Study, results: Path, measured: pd.DataFrame, minutes: float
-) -> tuple[Work, pd.DataFrame, Cost]:
-    """What there is to do, times of the study's own geometries, and what is left to pay."""
-    work = work_of(study, results)
-    own = own_costs(results, "transient" if study.dns.method == "transient" else "dns")
-    return work, own, cost_of(study, work, own, measured, minutes)
-
-
-def expected(cost: Cost, cores: int) -> str:
-    """The line about all of it."""
-    return (
-        f"  expected     {cost.together / 3600:.2f} core-hours in {cost.jobs} jobs, "
-        f"{_duration(cost.wall(cores))} on {cores} {'core' if cores == 1 else 'cores'}"
-    )
-
-
-def _row(stage: StageCost) -> str:
-    """A line about a stage."""
-    jobs = f"{stage.jobs} {'job' if stage.jobs == 1 else 'jobs'}"
-    seconds = stage.seconds + START_UP * stage.jobs
-    return (
-        f"    {stage.name:<10} {jobs}, {seconds / 3600:.2f} core-hours, "
-        f"the longest {_duration(START_UP + stage.longest)}, {stage.megabytes / 1e3:.1f} GB each"
-    )
-
-
-def _duration(seconds: float) -> str:
-    """12 s, 3.4 min or 1.2 h."""
-    if seconds < 100:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.1f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

@@ -227,6 +227,7 @@ def run(
     settings: Callable[..., Any] | None = None,
     config: bool = False,
     solves: bool = False,
+    fitted: bool = True,
 ):
     """Run a script, as what it was started; nothing if it is imported.
 
@@ -236,6 +237,7 @@ def run(
             diameters, and of arguments that `main` or itself declares; of a declared type.
         config: Whether the command line asks for a config though there are no settings.
         solves: Whether it solves flows, for which a process prepares.
+        fitted: Whether it needs the fluid of a study whose fluid is to be fitted.
     """
     script, work = main.__globals__, partial(_call, main, solves)
     if "snakemake" in script:
@@ -248,7 +250,7 @@ def run(
                 one(snakemake)
     elif script["__name__"] == "__main__":
         arguments = declared(main) + (declared(settings) if settings else [])
-        _from_command_line(work, arguments, settings, config, script)
+        _from_command_line(work, arguments, settings, config, script, fitted)
 
 
 def _call(main: Callable, solves: bool, job: Job, values: Mapping[str, Any]):
@@ -287,7 +289,12 @@ def _current(settings, snakemake, path: Path) -> bool:
 
 
 def _from_command_line(
-    work: Callable, arguments: Sequence[Argument], settings, config: bool, script: Mapping
+    work: Callable,
+    arguments: Sequence[Argument],
+    settings,
+    config: bool,
+    script: Mapping,
+    fitted: bool,
 ):
     takes = inspect.signature(settings).parameters if settings else {}
     parser = argparse.ArgumentParser(
@@ -301,7 +308,9 @@ def _from_command_line(
     with reporting():
         known, name = dict(values), ""
         if "configfile" in values:
-            studies = tuple(map(with_fitted_fluid, sweep.load_studies(values["configfile"])))
+            studies = sweep.load_studies(values["configfile"])
+            if fitted:
+                studies = tuple(map(with_fitted_fluid, studies))
             if "studies" not in takes:
                 known["study"] = sweep.only(studies, values["configfile"])
             known["studies"], name = studies, sweep.name_of(studies)

@@ -8,16 +8,21 @@ at the study's largest Deborah number. This module imports neither numpy nor pan
 
 from collections.abc import Sequence
 
+from viscotrain.config.geometries import diameter_ratios
 from viscotrain.config.study import Study
+from viscotrain.jobs.on_request import REQUESTS
 from viscotrain.jobs.resources import (
+    DRAW,
     FRAME,
     START_UP,
     TIMES,
     measured_deborahs,
     slowest,
     train_seconds,
+    variation_seconds,
 )
 
+SLOWER = 2.0  # what is made on request may take, over the mean of what was measured
 MOVIE_WIDTH = 1280  # pixels, for which a frame was measured
 # Bytes, as measured in the demo: of a geometry, of a point with its fields, of a number of a train
 # (spacing and time of a passage), of a sphere in the snapshots of a repeat, of a movie's frame.
@@ -26,19 +31,34 @@ GEOMETRY, FIELDS, PASSAGE, SNAPSHOT, FRAME_BYTES = 1e5, 2e6, 16.0, 64.0, 1e3
 Shares = dict[str, float]  # by the section of the config that asks for it
 
 
-def over_budget(studies: Sequence[Study]) -> list[str]:
-    """A line for each limit of `budget` that the studies of a config exceed, with what takes it."""
+def over_budget(studies: Sequence[Study], request: str = "") -> list[str]:
+    """A line for each limit of `budget` that the studies of a config exceed, with what takes it.
+
+    Args:
+        studies: One for each diameter.
+        request: What is made, one of `REQUESTS`, with the table that it needs; empty for a run
+            without targets.
+    """
     budget = studies[0].budget
-    seconds, size = (
-        {section: sum(share[section] for share in shares) for section in shares[0]}
-        for shares in (list(map(count, studies)) for count in (core_seconds, bytes_written))
-    )
-    hours = {section: share / 3600 for section, share in seconds.items()}
-    gigabytes = {section: share / 1e9 for section, share in size.items()}
+    shares = [_requested(study, request) if request else core_seconds(study) for study in studies]
+    written = list(map(bytes_written, studies))
+    hours = {section: share / 3600 for section, share in _added(shares).items()}
+    gigabytes = {section: share / 1e9 for section, share in _added(written).items()}
     return [
         *_line("budget.core_hours", budget.core_hours, hours, "core-hours"),
         *_line("budget.gigabytes", budget.gigabytes, gigabytes, "GB"),
     ]
+
+
+def _added(shares: Sequence[Shares]) -> Shares:
+    return {section: sum(share[section] for share in shares) for section in shares[0]}
+
+
+def _requested(study: Study, name: str) -> Shares:
+    """CPU seconds at most of what is asked for by name."""
+    jobs = REQUESTS[name](study)
+    seconds = sum(START_UP + request.seconds for request in jobs) * SLOWER
+    return {"table": _table_seconds(study), name: seconds}
 
 
 def _line(key: str, limit: float, shares: Shares, unit: str) -> list[str]:
@@ -57,8 +77,9 @@ def core_seconds(study: Study) -> Shares:
     runs, design_map = study.trains, study.design_map
     films, frames = _films(study), study.movies.frames
     return {
-        "table": geometries(study) * _flow_seconds(study),
-        "trains": sum(
+        "table": _table_seconds(study),
+        "trains": variation_seconds(study)
+        + sum(
             len(study.train_deborahs) * train_seconds(study, phi, runs, runs.feed)
             for phi in runs.fractions
         ),
@@ -93,6 +114,13 @@ def geometries(study: Study) -> int:
     cells = len(table.sp) * len(table.sf)
     pairs = 2 * (len(table.sp) + len(table.sf)) + len(table.pair or ())
     return cells + pairs + min(table.check, cells)
+
+
+def _table_seconds(study: Study) -> float:
+    """CPU seconds of all geometries, and of single spheres of other diameters."""
+    others = 0 if study.table.file is not None else len(diameter_ratios(study))
+    draws = DRAW * len(study.deborah.values) * study.fluid.fit.draws if study.fluid.data else 0.0
+    return draws + (geometries(study) + others) * _flow_seconds(study)
 
 
 def _flow_seconds(study: Study) -> float:

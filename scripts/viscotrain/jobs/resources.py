@@ -12,7 +12,8 @@ import math
 from functools import cache
 from pathlib import Path
 
-from viscotrain.config.outputs import DesignMapConfig, TrainsConfig
+from viscotrain.config import stages
+from viscotrain.config.outputs import DesignConfig, DesignMapConfig, TrainsConfig
 from viscotrain.config.study import Study
 from viscotrain.words import FASTEST, repeated
 
@@ -41,7 +42,6 @@ OTHERS = {
     "confinement": (4.0, 320),
     "encapsulation": (4.0, 320),
     "measured": (2.0, 200),
-    "design_trains": (170.0, 300),  # of config/design.yaml, at one De
     "design": (4.0, 320),
     "verification_report": (9.4, 360),
     "figures": (6.4, 310),
@@ -54,7 +54,10 @@ START_UP = 1.0  # CPU seconds of a job that imports everything
 FRAME = 0.007  # CPU seconds of a movie's frame, encoding included
 # CPU seconds of a train per injected sphere, with N spheres in the channel: a + b N, measured for
 # N from 300 to 3000.
-TRAIN = {"a": 1.0e-4, "b": 1.1e-6}
+TRAIN = {"a": 1.5e-4, "b": 5.0e-7}
+# Of diameters, in the stage `diameter_variation`, which imports numpy.
+VARIATIONS = (0.0, 0.005, 0.01, 0.02, 0.05)
+DRAW = 0.01  # CPU seconds of a fluid that `fit_spread` draws, at one Deborah number
 
 
 @cache
@@ -126,7 +129,7 @@ def megabytes_for(resident: float, attempt: int = 1) -> int:
 def train_seconds(
     study: Study,
     volume_fraction: float,
-    runs: TrainsConfig | DesignMapConfig,
+    runs: TrainsConfig | DesignMapConfig | DesignConfig,
     feed: bool = False,
 ) -> float:
     """CPU seconds of all repeats of one train of a section of the config, and of its model error.
@@ -142,10 +145,12 @@ def train_seconds(
 def variation_seconds(study: Study) -> float:
     """CPU seconds of the trains of the stage `diameter_variation`, all conditions together.
 
-    Each of them enters in two ways, at up to six variations, once.
+    Each of them once, by the injection of the study and evenly, at each variation of the diameters.
     """
-    runs = study.trains.model_copy(update={"repeats": 1})
-    fractions = study.trains.fractions
+    own = stages.diameter_variation(study)
+    ways = len({own.trains.injection, "even"}) * len({*VARIATIONS, own.trains.diameter_variation})
+    once = {"repeats": own.trains.repeats, "passages": own.trains.passages}
+    runs = study.trains.model_copy(update=once)
     counted = 1 + 2 * repeated(1)  # trains, in `train_seconds`
-    each = [train_seconds(study, phi, runs, study.trains.feed) / counted for phi in fractions]
-    return 12 * len(study.train_deborahs) * sum(each)
+    each = [train_seconds(study, phi, runs, own.trains.feed) / counted for phi in own.fractions]
+    return ways * len(own.deborah) * sum(each)

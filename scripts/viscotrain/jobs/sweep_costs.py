@@ -9,7 +9,8 @@ from pathlib import Path
 import pandas as pd
 
 from viscotrain.config.study import Study
-from viscotrain.jobs.costs import Cost, StageCost, counted, estimate, expected
+from viscotrain.jobs.cost_report import counted, estimate, expected
+from viscotrain.jobs.costs import Cost, StageCost, cost_of
 from viscotrain.jobs.grouping import MINUTES
 
 
@@ -34,7 +35,8 @@ def estimate_all(
     texts = [estimate(*one, cores, measured, minutes) for one in each]
     if len(studies) == 1:
         return texts[0]
-    whole = _together([counted(*one, measured, minutes)[-1] for one in each])
+    known = [counted(*one) for one in each]
+    whole = _together([cost_of(*one, measured, minutes) for one in known])
     return "\n".join([*texts, f"all {len(studies)} diameters", expected(whole, cores)])
 
 

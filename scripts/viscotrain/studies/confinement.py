@@ -14,7 +14,7 @@ from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
 from viscotrain.table import collapse
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.pairs import pair_velocity
-from viscotrain.trains.variables import described
+from viscotrain.trains.variables import described, in_digits
 from viscotrain.words import CONTACT
 
 DISTANCES = 60  # between surfaces, at which velocities are compared
@@ -206,8 +206,8 @@ def rows(
                 "d/D": f"{beta:g}",
                 "d [um]": f"{MICROMETRES * float(units[n]['particle_diameter']):.3g}",
                 "De": f"{De:g}",
-                "orders along [D]": f"{length:.3g}" if orders else "never",
-                "[cm]": f"{cm * length:.3g}" if orders else "-",
+                "orders along [D]": in_digits(length, 3) if orders else "never",
+                "[cm]": in_digits(cm * length, 3) if orders else "-",
                 "at s [d]": f"{float(own['shortest_ordering_length_spacing']):.2f}"
                 if orders
                 else "-",

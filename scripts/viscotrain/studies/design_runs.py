@@ -11,7 +11,7 @@ from viscotrain.errors import TrainError
 from viscotrain.fluid.units import MICROMETRES
 from viscotrain.studies import train_runs
 from viscotrain.table.interpolation import VelocityTable
-from viscotrain.trains import design, design_answer, encapsulation
+from viscotrain.trains import design, design_answer, design_conditions, encapsulation
 from viscotrain.trains.operating_conditions import operating_conditions
 from viscotrain.trains.tolerance import Wanted
 from viscotrain.trains.variables import described
@@ -33,7 +33,7 @@ def simulate(
     own = settings.trains
     isolated = float(velocities.at(deborah)(math.inf, math.inf)[1])
     rate = None if settings.bead_rate is None else settings.bead_rate * seconds
-    fractions = design.volume_fractions(
+    fractions = design_conditions.volume_fractions(
         settings.spacing,
         rate=rate,
         isolated=isolated,
@@ -43,7 +43,7 @@ def simulate(
     for phi in fractions:
         if math.isnan(phi):
             assert rate is not None
-            s = design.wanted_spacing(rate, isolated, own.confinement)
+            s = design_conditions.wanted_spacing(rate, isolated, own.confinement)
             yield _nothing(
                 deborah,
                 f"{settings.bead_rate:g} beads/s would be {s:.2g} d apart, centre to centre",

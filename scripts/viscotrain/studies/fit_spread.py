@@ -82,7 +82,7 @@ def spread(
         values,
         coords={
             "draw": ("draw", range(len(fluids)), {"long_name": "drawn fluid; 0: the fitted one"}),
-            "deborah": ("deborah", De, {"long_name": DEBORAH_NUMBERS["deborah"]}),
+            "deborah": ("deborah", De, {"long_name": DEBORAH_NUMBERS["deborah"], "units": "1"}),
             "spacing": order["spacing"],
             "parameter": ("parameter", names, {"long_name": "parameter of the fit"}),
         },

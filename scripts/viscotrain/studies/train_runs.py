@@ -4,9 +4,11 @@ import xarray as xr
 
 from viscotrain.config.settings import TrainsSettings
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.points import largest_error
 from viscotrain.table.size_response import UNKNOWN, demanded
 from viscotrain.trains import repeats
 from viscotrain.trains.model_error import interpolation_error
+from viscotrain.trains.variables import described
 
 
 def simulate(
@@ -26,4 +28,6 @@ def simulate(
         size_response=demanded(table, deborah) if unequal else UNKNOWN,
         **own,
     ).assign(repeats.deborah_numbers(table, deborah))
-    return repeats.with_memory_numbers(trains)
+    error = largest_error(table.dataset.isel(deborah=table.index(deborah)))
+    words = "largest error of the relative velocities in the table over mean velocity of the flow"
+    return repeats.with_memory_numbers(trains.assign(velocity_error=described(error, [], words)))

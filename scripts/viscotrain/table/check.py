@@ -11,7 +11,7 @@ from viscotrain.errors import TableError
 from viscotrain.table.assembly import combine, spread, triplet_of
 from viscotrain.table.attributes import ERRORS, PRESENT, described
 from viscotrain.table.interpolation import TripletVelocities, VelocityTable
-from viscotrain.table.points import holes
+from viscotrain.table.points import incomplete
 from viscotrain.words import (
     PARTICLES,
     has_solution,
@@ -143,6 +143,6 @@ def _distances(point: xr.Dataset) -> tuple[float, float]:
 def layers(table: xr.Dataset) -> Iterator[TripletVelocities | None]:
     """The interpolant at every Deborah number, None where the table has holes."""
     velocities = VelocityTable(table)
-    broken = {De for De, _, _ in holes(table)}
+    broken = incomplete(table)
     for De in velocities.deborah:
         yield None if De in broken else velocities.at(De)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from viscotrain.table.attributes import INTERPOLATED
+from viscotrain.table.attributes import ERRORS, INTERPOLATED
 from viscotrain.words import INACCURATE, has_solution
 
 
@@ -24,6 +24,11 @@ def holes(table: xr.Dataset) -> Iterator[tuple[float, float, float]]:
     for k, n in np.argwhere(~good.transpose("deborah", "pair_distance").values):
         if (s := float(table["pair_distance"][n])) not in nodes:
             yield float(table["deborah"][k]), s, math.inf
+
+
+def incomplete(table: xr.Dataset) -> frozenset[float]:
+    """The Deborah numbers at which there is no interpolant, since the table has holes."""
+    return frozenset(De for De, *_ in holes(table))
 
 
 def count(table: xr.Dataset) -> int:
@@ -59,3 +64,15 @@ def interpolated_points(table: xr.Dataset) -> int:
 def inaccurate_points(table: xr.Dataset) -> int:
     """Points whose estimated error is above what the study allows, or that have no estimate."""
     return int((table["status"] == INACCURATE).sum())
+
+
+def largest_error(layer: xr.Dataset) -> float:
+    """Largest error of relative velocities at one De, in Ubar; NaN if it was not measured.
+
+    That of the interpolation, found between the nodes, plus that of the simulations, as far as it
+    is estimated.
+    """
+    if "check_error" not in layer or not np.isfinite(layer["check_error"]).any():
+        return math.nan
+    discretisation = float(layer[ERRORS[1]].max()) if ERRORS[1] in layer else 0.0
+    return float(np.abs(layer["check_error"]).max()) + np.nan_to_num(discretisation)

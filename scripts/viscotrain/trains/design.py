@@ -1,9 +1,7 @@
 r"""Design: whether trains form in a device, at which flow rate and feed, and what limits them.
 
-A condition is a flow rate (De) and a mean spacing, or the spacing that gives a wanted rate of
-beads: by conservation spheres of velocity U_p that pass at this rate are s* = U_p/(rate d) apart.
-Trains of every condition are simulated (`repeats`); beside them stand the linear law (`order`,
-`tolerance`), the beads in droplets (`occupancy`) and the limits of validity
+Trains of every condition (`design_conditions`) are simulated (`repeats`); beside them stand the
+linear law (`order`, `tolerance`), the beads in droplets (`occupancy`) and the limits of validity
 (`operating_conditions`).
 
 **Verdict**, by the coefficient of variation (CV) of the spacing at the outlet with its errors of
@@ -24,57 +22,20 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from viscotrain.fluid.channel import CrossSection
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.table.size_response import size_response
 from viscotrain.trains import order, tolerance
 from viscotrain.trains.closures import CLOSURES
+from viscotrain.trains.occupancy import RANDOM_BEST
 
 PARTLY = 0.8
 YES, PARTLY_YES, NO = "yes", "partly", "no"
-# d: closer, the model is not good; farther, spheres do not feel each other
-CLOSEST, FARTHEST = 1.5, 60.0
 BEST = 3  # conditions that an answer names
+LONGER = "a channel twice as long"  # what might help
 LARGER = 1.25  # of a diameter that might help
 # l in D goes with beta to this power, from d/D = 0.1 to 0.4 at De = 5; at De = 1 it is -2.8
 # (config/confinement.yaml, docs/confinement.md).
 ORDERING_POWER = -2.1
-
-
-def wanted_spacing(rate: float, isolated: float, confinement: float) -> float:
-    """s* in d of spheres that pass at a rate in Ubar/D, with U_p in Ubar."""
-    return isolated / (rate * confinement)
-
-
-def volume_fractions(
-    spacing: Sequence[float],
-    *,
-    rate: float | None,
-    isolated: float,
-    confinement: float,
-    section: CrossSection,
-) -> list[float]:
-    """Phi in the channel of the conditions at one De, the one of the wanted rate last.
-
-    Args:
-        spacing: Mean spacings in d.
-        rate: Of beads, in Ubar/D; None: none is wanted.
-        isolated: U_p in Ubar.
-        confinement: d/D.
-        section: Of the channel.
-
-    Returns:
-        NaN for a rate that would have spheres closer than `CLOSEST` or farther than `FARTHEST`.
-    """
-    one = section.mean_spacing(confinement, 1.0)
-    found = [one / s for s in spacing]
-    if rate is not None:
-        s = wanted_spacing(rate, isolated, confinement)
-        found.append(one / s if CLOSEST <= s <= FARTHEST else math.nan)
-    return found
-
-
-# ---------------------------------------------------------------------------------------- answer
 
 
 def table(
@@ -104,7 +65,9 @@ def table(
     matches = np.isclose(found["beads_per_second"], bead_rate or math.nan, rtol=1e-3)
     found["has_wanted_rate"] = matches
     asked = droplet_frequency is not None
-    found["single_percent"] = found["single_asked_percent" if asked else "single_best_percent"]
+    which = "asked" if asked else "best"
+    for end in ("", "_sampling", "_random"):
+        found[f"single{end}_percent"] = found[f"single{end}_{which}_percent"]
     droplets_decide = asked or bead_rate is not None
     order_by = found["single_percent"] if droplets_decide else -found["variation"]
     rank = found.assign(
@@ -151,8 +114,12 @@ def _row(train: xr.Dataset, own: xr.Dataset, droplets: xr.Dataset, ordered: floa
         "even_percent": 100 * float(outlet["even_share"]),
         "touching_percent": 100 * float(outlet["touching_share"]),
         "single_best_percent": 100 * float(droplets["best_single"]),
+        "single_sampling_best_percent": 100 * float(droplets["best_single_halfwidth"]),
+        "single_random_best_percent": 100 * RANDOM_BEST,
         "best_droplets_per_second": best * rate,
         "single_asked_percent": 100 * float(droplets["occupancy"].values[1]),
+        "single_sampling_asked_percent": 100 * float(droplets["occupancy_halfwidth"].values[1]),
+        "single_random_asked_percent": 100 * float(droplets["poisson_occupancy"].values[1]),
         "none_asked_percent": 100 * float(droplets["occupancy"].values[0]),
         "pressure_bar": float(own["pressure_drop"]),
         "wall_shear_rate_per_second": float(own["wall_shear_rate"]),
@@ -211,7 +178,7 @@ def remedies(
         tolerance.law(train, beta, response, factor * wanted.length) for factor in (1, 2)
     )
     found = {
-        "a channel twice as long": longer.variation(initial, variation),
+        LONGER: longer.variation(initial, variation),
         "beads that enter evenly, behind a device that spaces them": here.variation(0.0, variation),
     }
     if variation > 0:

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from viscotrain.fluid.units import CENTIMETRES, MICROMETRES
-from viscotrain.trains.design import BEST, NO, PARTLY_YES, YES
-from viscotrain.trains.occupancy import RANDOM_BEST
+from viscotrain.trains.design import BEST, LONGER, NO, PARTLY_YES, YES
 from viscotrain.trains.tolerance import Wanted
 from viscotrain.trains.variables import rate_in_words
 
@@ -103,7 +102,7 @@ def answer(
         verdict=_verdict(found, device),
         best=[_condition(row, device) for row in found.head(BEST).itertuples()],
         limits=_limits(best, device) + list(not_tried),
-        remedies=_remedies(best, remedies),
+        remedies=_remedies(best, remedies, device),
         notes=[*_notes(device), *notes],
     )
 
@@ -149,11 +148,12 @@ def _verdict(found: pd.DataFrame, device: Device) -> str:
 def _condition(row, device: Device) -> str:
     spacing = device.particle * row.spacing_d
     words = (
-        f"{row.flow_rate_uL_per_min:.3g} uL/min (De = {row.deborah:g}), {row.feed_percent:.3g} % "
+        f"{row.flow_rate_uL_per_min:.2g} uL/min (De = {row.deborah:g}), {row.feed_percent:.2g} % "
         f"in the feed, {rate_in_words(row.beads_per_second)} beads/s: "
         f"spacing {spacing:.1f} +- {device.particle * row.spacing_d_error:.1f} um, CV "
         f"{row.variation_at_inlet:.2f} -> {_with_errors(row)}; one bead in "
-        f"{row.single_percent:.1f} % of the droplets (at random {100 * RANDOM_BEST:.1f} %); "
+        f"{row.single_percent:.0f} % of the droplets (as many at random: "
+        f"{row.single_random_percent:.0f} %); "
         f"{row.pressure_bar:.2g} bar. Trains: {row.forms}."
     )
     return words + (f" Not valid: {row.reason}." if row.reason else "")
@@ -161,7 +161,8 @@ def _condition(row, device: Device) -> str:
 
 def _with_errors(row) -> str:
     errors = (row.variation_sampling, row.variation_model)
-    return f"{row.variation:.3f}" + "".join(f" +- {e:.3f}" for e in errors if math.isfinite(e))
+    words = (f"{e:.2f}" if e >= 0.005 else "<0.01" for e in errors if math.isfinite(e))
+    return " +- ".join([f"{row.variation:.2f}", *words])
 
 
 def _limits(best: pd.Series, device: Device) -> list[str]:
@@ -193,11 +194,22 @@ def _limits(best: pd.Series, device: Device) -> list[str]:
     return lines
 
 
-def _remedies(best: pd.Series, remedies: Mapping[str, float]) -> list[str]:
+def _remedies(best: pd.Series, remedies: Mapping[str, float], device: Device) -> list[str]:
     """Other devices for the same flow and mean spacing, the one with the least CV first."""
     now = best["variation_by_linear_law"]
     ranked = sorted(remedies.items(), key=lambda item: item[1])
-    return [f"{name}: CV {now:.2f} -> {after:.2f}, by the linear law" for name, after in ranked]
+    return [_remedy(name, now, after, device) for name, after in ranked]
+
+
+def _remedy(name: str, now: float, after: float, device: Device) -> str:
+    """What another device would change, and why if it would not help."""
+    change = f"CV {now:.2f} -> {after:.2f}, by the linear law"
+    if after < now:
+        return f"{name}: {change}"
+    why = (
+        "beads of different size go on drifting apart" if device.variation else "it does not order"
+    )
+    return f"{name} would not help: {change}" + (f"; {why}" if name == LONGER else "")
 
 
 def _notes(device: Device) -> list[str]:

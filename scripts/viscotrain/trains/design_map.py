@@ -113,7 +113,7 @@ def combine(
     return xr.Dataset(
         {name: (dims[name], values[name], dict(text[name].attrs)) for name in values}
         | {
-            name: (grid[:2], order, _words("1", ORDERED_POSITION))
+            name: (grid[:2], order, _words("1", ORDERED_POSITION[name]))
             for name, order in _ordered_positions(z, values, ordered_variation).items()
         }
         | {
@@ -222,10 +222,13 @@ def _memory(points: Sequence[xr.Dataset], deborah: list, fractions: list) -> NDA
     return values
 
 
-ORDERED_POSITION = (
-    "first position over channel diameter from which on the coefficient of variation of the "
-    "spacing is not above ordered_variation; inf: it is above at the outlet"
-)
+ORDERED_POSITION = {
+    "ordered_position": "first position over channel diameter from which on the coefficient of "
+    "variation of the spacing is not above ordered_variation; inf: it is above at the outlet",
+    "ordered_position_earliest": "the same, if the coefficient of variation is smaller by its "
+    "sampling and model error: the first that it may be",
+    "ordered_position_latest": "the same, if it is larger by both: the last that it may be",
+}
 SPHERE_RATE = "spheres that enter in a second"
 INSCRIBED_SHARE = "area of the tube that fits the channel over that of the channel"
 KEPT = ("given", "injection")  # attributes of trains

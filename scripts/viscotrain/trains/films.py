@@ -34,9 +34,9 @@ MARGIN = 2.0  # beyond a window, in d: enough to see whether a sphere at its edg
 DIAMETERS = "diameter over the mean of all; NaN: no sphere"
 POSITIONS = "position over channel diameter, the trailing sphere first; NaN: none"
 KEPT = ("given", "injection", "channel")  # attributes of trains, the last one of those in ducts
-SCALARS = (
+OF_TRAIN = (
     *("confinement", "volume_fraction", "feed_volume_fraction", "injection_rate"),
-    *("channel_length", "deborah", "diameter_variation"),
+    *("channel_length", "deborah", "diameter_variation", "spacing_variation"),
 )
 
 
@@ -63,7 +63,7 @@ def film(
         Dataset with `position` (station, frame, sphere) and `time` (frame) of the cameras at the
         stations, `moving_position` (frame, moving_sphere) and `moving_time` (frame) of the one
         that moves along; positions in D, NaN after the leading sphere in the window. Diameters
-        over their mean, `diameter` and `moving_diameter`, have the shapes of positions.
+        over their mean have the shapes of positions; `spacing_variation` is that of the train.
     """
     length = float(train["channel_length"])
     span, rows = moving_window(length, field_of_view)
@@ -93,7 +93,7 @@ def film(
         },
         coords={"station": train["station"]},
     )
-    for name in SCALARS:
+    for name in OF_TRAIN:
         dataset[name] = train[name]
     dataset["memory_number"] = train["memory_number"].max(keep_attrs=True)
     De, phi = float(train["deborah"]), float(train["volume_fraction"])

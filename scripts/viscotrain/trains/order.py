@@ -42,10 +42,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import ive
 
+from viscotrain.errors import TrainError
 from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.points import incomplete
 from viscotrain.trains.closures import CLOSURES, Closure
-from viscotrain.words import MIDDLE
+from viscotrain.words import CONTACT, MIDDLE
 
 SHIFT = 1e-3  # d: far less than the distances over which velocities change
 FARTHEST_FELT = 60.0  # d from the sphere that is moved
@@ -165,13 +167,18 @@ def orders(
         section: Of the channel, for the volume fraction.
         deborah: Some of the table's Deborah numbers; None for all.
 
+    Returns:
+        NaN, which is not known, at Deborah numbers at which the table has holes.
+
     Raises:
-        TableError: The table has holes.
+        TableError: The table has holes at all of them.
     """
     spacing = spacings(table) if spacing is None else np.asarray(spacing, dtype=float)
-    deborah = table.deborah if deborah is None else deborah
+    deborah = list(table.deborah if deborah is None else deborah)
+    broken = incomplete(table.dataset)
+    known = [De for De in deborah if De not in broken]
     rows = []
-    for De in deborah:
+    for De in known or deborah:
         model = CLOSURES[closure](table.at(De))
         rows.append([_row(model, float(s), confinement) for s in spacing])
     names = list(rows[0][0])
@@ -184,7 +191,7 @@ def orders(
             for name in names
         },
         coords={
-            "deborah": list(deborah),
+            "deborah": known,
             "spacing": spacing,
             "wave_number": WAVE_NUMBERS,
             "volume_fraction": ("spacing", section.mean_spacing(confinement, 1.0) / spacing),
@@ -193,7 +200,7 @@ def orders(
     ).assign(confinement=confinement)
     for name, attributes in ATTRIBUTES.items():
         found[name].attrs = attributes
-    return found
+    return found.reindex(deborah=deborah)
 
 
 def spacings(table: VelocityTable, farthest: float = FARTHEST_SPACING, count: int = 96) -> NDArray:
@@ -243,6 +250,9 @@ def summary(found: xr.Dataset, length: float) -> str:
     for De in found["deborah"].values:
         own = found.sel(deborah=De)
         shortest = own["ordering_length"].values
+        if np.isnan(shortest).all():
+            lines.append(f"De = {De:g}: not known, the table has holes")
+            continue
         if not np.isfinite(shortest).any():
             lines.append(f"De = {De:g}: no spacing orders")
             continue
@@ -256,7 +266,13 @@ def summary(found: xr.Dataset, length: float) -> str:
 
 
 def of_one_train(table: VelocityTable, deborah: float, spacing: float) -> str:
-    """A few lines about one spacing in d."""
+    """A few lines about one spacing in d.
+
+    Raises:
+        TrainError: Spheres of this spacing overlap.
+    """
+    if not spacing > CONTACT:
+        raise TrainError(f"spacing is {spacing:g} d; allowed: above {CONTACT:g} (contact)")
     beta = table.confinement
     answer = response(CLOSURES["every_sphere"](table.at(deborah)), spacing)
     length = ordering_length(answer, beta)
@@ -278,7 +294,10 @@ def of_one_train(table: VelocityTable, deborah: float, spacing: float) -> str:
 
 
 ATTRIBUTES: dict[str, dict] = {
-    "spacing": {"long_name": "distance of neighbours, centre to centre over diameter"},
+    "spacing": {
+        "long_name": "distance of neighbours, centre to centre over diameter",
+        "units": "1",
+    },
     "wave_number": {"long_name": "phase of a disturbance between neighbours", "units": "radian"},
     "volume_fraction": {"long_name": "volume fraction of spheres in the channel", "units": "1"},
     "confinement": {"long_name": "sphere diameter over channel diameter", "units": "1"},

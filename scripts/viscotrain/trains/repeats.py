@@ -19,7 +19,13 @@ from viscotrain.trains.injection import channel_volume_fraction, feed_volume_fra
 from viscotrain.trains.recording import SNAPSHOTS, Record
 from viscotrain.trains.sizes import Sizes
 from viscotrain.trains.statistics import MODE, statistics
-from viscotrain.trains.variables import described, rate_in_words, unequal, with_errors
+from viscotrain.trains.variables import (
+    amounts_in_words,
+    described,
+    rate_in_words,
+    unequal,
+    with_errors,
+)
 from viscotrain.words import DEBORAH_NUMBERS, repeated
 
 TRACKED_SPHERES = 40
@@ -330,9 +336,10 @@ IN_WORDS = {  # by column: statistic, decimals, factor
 
 def amount(trains: xr.Dataset) -> str:
     """How much enters, and how, in words."""
+    channel, feed = amounts_in_words(trains)
     return (
-        f"phi = {100 * float(trains[CHANNEL]):.3g} % in the channel, "
-        f"{100 * float(trains[FEED]):.3g} % in the feed, {trains.attrs['injection']} injection"
+        f"phi = {channel} % in the channel, {feed} % in the feed, "
+        f"{trains.attrs['injection']} injection"
         f"{unequal(trains)}"
     )
 
@@ -349,12 +356,12 @@ def summary(trains: xr.Dataset) -> str:
         f"mean spacing of an equally spaced train: {float(trains['mean_spacing_law']):.3f} d",
         "each +- sampling error (95 %) +- model error",
         f"model error from {trains.attrs['model_error']}",
-        "station/D   " + "".join(f"{words:<25}" for words in IN_WORDS).rstrip(),
+        "station/D   " + "".join(f"{words:<28}" for words in IN_WORDS).rstrip(),
     ]
     for n, station in enumerate(trains["station"].values):
         own = trains.isel(station=n)
         words = [with_errors(own, *how) for how in IN_WORDS.values()]
-        lines.append(f"{station:<12g}" + "".join(f"{word:<25}" for word in words).rstrip())
+        lines.append(f"{station:<12g}" + "".join(f"{word:<28}" for word in words).rstrip())
     return "\n".join(lines)
 
 

@@ -34,6 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 from viscotrain.errors import TrainError
 from viscotrain.fluid.channel import ROUND, CrossSection
 from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.points import incomplete
 from viscotrain.table.size_response import demanded, size_response
 from viscotrain.trains import order
 from viscotrain.trains.closures import CLOSURES, Closure
@@ -133,13 +134,19 @@ def injected_variation(
 def with_tolerance(found: xr.Dataset, table: VelocityTable, wanted: Wanted) -> xr.Dataset:
     """What `order.orders` found, and how much diameters may vary at every De and spacing.
 
+    NaN where the table has holes.
+
     Args:
         found: Over (deborah, spacing), with `confinement`.
         table: Of velocities, the same.
         wanted: Of the trains.
     """
-    beta, rows = float(found["confinement"]), []
+    beta, broken = float(found["confinement"]), incomplete(table.dataset)
+    rows: list[list] = []
     for De in found["deborah"].values:
+        if De in broken:
+            rows += [[math.nan] * len(OF_TRAINS)] * found.sizes["spacing"]
+            continue
         model, U = CLOSURES[wanted.closure](table.at(De)), size_response(table, De).value
         for s in found["spacing"].values:
             own = law(order.response(model, float(s)), beta, U, wanted.length)
@@ -205,6 +212,8 @@ def of_condition(
         wanted: Of the train.
         feed: Whether the volume fraction is that of what is poured in.
     """
+    if deborah in incomplete(table.dataset):
+        return f"De = {deborah:g}: not known, the table has holes"
     beta, model = table.confinement, CLOSURES[wanted.closure](table.at(deborah))
     phi = channel_volume_fraction(volume_fraction, model.isolated) if feed else volume_fraction
     answer = order.response(model, wanted.section.mean_spacing(beta, phi))
@@ -214,15 +223,16 @@ def of_condition(
     own = law(answer, beta, size_response(table, deborah).value, wanted.length)
     initial = injected_variation(model, wanted.injection, beta, phi, wanted.section)
     after = float(own.variation(initial, 0))
-    equal = f"{name}: equal spheres, CV {initial:.2f} -> {after:.2f}"
+    equal = f"{name}: equal spheres, CV {initial:.2f} -> {after:.2f} by the linear law"
     if math.isnan(own.by_size):
         return f"{equal}; the table does not say what diameters change"
     may = [_per_cent(float(own.largest(start, wanted.ordered_variation))) for start in (initial, 0)]
-    return f"{equal}; diameters may vary by {may[0]}, by {may[1]} if spheres enter evenly"
+    even = f"by {may[1]} if spheres enter evenly"
+    return f"{equal}, which knows no close pairs; diameters may vary by {may[0]}, {even}"
 
 
 def _per_cent(variation: float) -> str:
-    return f"{100 * variation:.2g} %" if variation > 0 else "nothing, it does not order"
+    return f"{100 * variation:.2g} % at most" if variation > 0 else "nothing, it does not order"
 
 
 def of_one_train(

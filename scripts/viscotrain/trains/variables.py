@@ -11,9 +11,27 @@ def described(values, dims: Sequence[str], long_name: str, **attributes) -> xr.V
     return xr.Variable(dims, values, {"long_name": long_name, "units": "1", **attributes})
 
 
+def in_digits(value: float, digits: int = 2) -> str:
+    """A number with so many significant digits, and never as a power of ten."""
+    return f"{float(f'{value:.{digits}g}'):.12g}"
+
+
 def rate_in_words(rate: float) -> str:
-    """Spheres per second to three digits, and never as a power of ten."""
-    return f"{rate:.0f}" if rate >= 100 else f"{rate:.3g}"
+    """Spheres per second to three digits."""
+    return in_digits(rate, 3)
+
+
+def amounts_in_words(data: xr.Dataset) -> tuple[str, str]:
+    """The volume fractions in the channel and in the feed, in per cent.
+
+    The one that the study gives has its digits, the one that follows has two: it depends on a
+    velocity, and is what a pump and a balance can tell.
+    """
+    names = "volume_fraction", "feed_volume_fraction"
+    channel, feed = (
+        f"{100 * float(data[name]):.{3 if name == data.attrs['given'] else 2}g}" for name in names
+    )
+    return channel, feed
 
 
 def unequal(data: xr.Dataset) -> str:
@@ -31,20 +49,22 @@ def with_errors(
         dataset: Holds the statistic, as a single number, and what is known of its `_halfwidth`
             and `_model_error`.
         name: Of the statistic.
-        decimals: Of the number; errors that would round to 0 have up to two more.
+        decimals: Of the number and of its errors, fewer where an error has more than two digits;
+            one that rounds to 0 is "<0.001".
         factor: 100 for per cent.
         between: What stands between them.
 
     Returns:
-        "6.61 +- 0.05 +- 0.002"; "flat" where there is no mode, "-" no other number.
+        "6.61 +- 0.05 +- <0.01"; "flat" where there is no mode, "-" no other number.
     """
     value = factor * float(dataset[name])
     if not math.isfinite(value):
         return "flat" if name.endswith("mode") else "-"
-    words = [f"{value:.{decimals}f}"]
-    for end in ("_halfwidth", "_model_error"):
-        error = factor * float(dataset[name + end]) if name + end in dataset else math.nan
-        if math.isfinite(error):
-            shown = (f"{error:.{decimals + more}f}" for more in range(3))
-            words.append(next((text for text in shown if float(text) > 0), "0"))
-    return between.join(words)
+    ends = [name + end for end in ("_halfwidth", "_model_error") if name + end in dataset]
+    errors = [error for end in ends if math.isfinite(error := factor * float(dataset[end]))]
+    if (largest := max(errors, default=0.0)) > 0:
+        decimals = max(min(decimals, 1 - math.floor(math.log10(largest))), 0)
+    smallest = 10.0**-decimals
+    words = [f"{error:.{decimals}f}" for error in errors]
+    words = [text if float(text) > 0 else f"<{smallest:.{decimals}f}" for text in words]
+    return between.join([f"{value:.{decimals}f}", *words])
