@@ -144,8 +144,24 @@ def test_the_power_has_its_error_and_a_bar_where_one_holds():
         str(bar.get_segments()[0][:, 1].round(6)) for c in below.containers for bar in c.lines[2]
     }
     assert segments == str(np.array([3.6, 4.2]))
+    words = [text.get_text() for text in draw_velocities(found()).figure.axes[2].texts]
+    assert "agree within 20 %" in words[0]
     bars = [line for line in below.lines if line.get_lw() == 3]
     assert [tuple(bar.get_xdata()) for bar in bars] == [(0.3, 1.0)] * 2
+
+
+def test_large_errors_are_left_out_and_powers_of_attraction_are_dotted():
+    wide = found()
+    wide["exponent_halfwidth"][:, 1] = 16.0
+    figure = draw_velocities(wide).figure
+    narrow, large = figure.axes[3].containers
+    assert all(bar.size for bar in narrow.lines[2][0].get_segments())
+    assert not any(bar.size for bar in large.lines[2][0].get_segments())
+    ranges = [text.get_text() for text in figure.axes[2].get_legend().get_texts()]
+    assert ranges == ["0.1\N{EN DASH}0.2", "0.1\N{EN DASH}0.4"]
+    solid, dotted = figure.axes[3].lines[:2]
+    assert np.isnan(solid.get_ydata()).tolist() == [True, False, False]
+    assert np.isnan(dotted.get_ydata()).tolist() == [False, True, True]
 
 
 def test_ordering_lengths_stand_against_the_confinement_with_the_power_that_follows():

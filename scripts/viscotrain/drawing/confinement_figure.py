@@ -35,6 +35,7 @@ from viscotrain.trains.design_map import ERRORS
 COLUMNS = 3  # of panels, at most
 POWERS = (0.0, 6.0)  # that are drawn
 NAMED = (0.1, 0.3, 0.6, 1.0)  # D: about there a power has an error bar
+LARGEST_ERROR = 2.0  # of a power, that is drawn
 LEAST = 0.01  # of the largest scaled velocity, that is drawn
 LONGEST = 30  # channels: ordering lengths that are drawn, and growth that is seen
 TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)  # %
@@ -43,6 +44,7 @@ ATTRACTION = {"ls": (0, (1, 1)), "marker": ""}
 BAR = 0.045  # of the height of a panel: from one bar to the next
 THICK, THIN = 4, 0.8  # of bars, in points
 STRIP = 0.06  # the same, of a bar in the strip above
+BARS = "bars: error of sampling (95 %) plus that of the model, at the outlet"
 
 
 def draw_all(
@@ -91,9 +93,11 @@ def draw_velocities(found: xr.Dataset) -> Drawing:
         panels[0, 0].set(yscale="log", ylim=(LEAST * largest, 2 * largest))
     panels[0, 0].set_ylabel("relative velocity of a pair,\n$|U|/(d/D)^4$ [$\\bar{U}$]")
     panels[1, 0].set(ylim=POWERS, ylabel="power of $d/D$ that fits best")
-    smallest = float(found["confinement"][0])
-    words = f"fitted to $d/D$ from {smallest:g} to that of the colour (errors: 95 %)"
+    words = f"fits over ranges of $d/D$ (errors: 95 %; above {LARGEST_ERROR:g} left out)"
     panels[1, 0].set_title(words, loc="left")
+    panels[1, 0].legend(ncols=3, loc="upper left", title="range of $d/D$", columnspacing=1.2)
+    words = f"strips: $U/(d/D)^{EXPECTED:g}$\nagree within {100 * AGREEMENT:g} %"
+    panels[1, 0].text(0.02, 0.03, words, fontsize=SMALL, transform=panels[1, 0].transAxes)
     handles, labels = panels[0, 0].get_legend_handles_labels()
     handles += [Line2D([], [], color="black"), Line2D([], [], color="black", **ATTRACTION)]
     labels += ["driven apart", "drawn together"]
@@ -124,17 +128,19 @@ def _draw_power(axes: Axes, own: xr.Dataset):
     for n, beta in enumerate(own["largest_confinement"].values):
         one = own.sel(largest_confinement=beta)
         look = confinement_look(beta) | {"markevery": (2 * n, 9)}
-        axes.plot(xi, one["exponent"], **look)
+        own_range = f"{float(own['confinement'][0]):g}\N{EN DASH}{beta:g}"
+        together = own["relative_velocity"].sel(confinement=beta) < 0
+        axes.plot(xi, one["exponent"].where(~together), label=own_range, **look)
+        axes.plot(xi, one["exponent"].where(together), **look | ATTRACTION)
         at = one.sel(surface_distance=list(NAMED), method="nearest")
         shift = at["surface_distance"] * (1 + 0.06 * n)
         bars = {"ls": "", "color": look["color"], "capsize": 2, "elinewidth": 0.8}
-        axes.errorbar(shift, at["exponent"], at["exponent_halfwidth"], **bars)
+        error = at["exponent_halfwidth"]
+        axes.errorbar(shift, at["exponent"], error.where(error <= LARGEST_ERROR), **bars)
         ends = one["collapse_nearest"], one["collapse_farthest"]
         bar = {"transform": axes.get_xaxis_transform(), "solid_capstyle": "butt", "lw": 3}
         axes.plot(ends, 2 * [0.03 + BAR * n], color=look["color"], **bar)
     axes.axhline(EXPECTED, color=GREY, lw=0.8, zorder=0)
-    words = f"bars: within\n{100 * AGREEMENT:g} % of power {EXPECTED:g}"
-    axes.text(0.02, 0.03, words, fontsize=SMALL, transform=axes.transAxes)
 
 
 def _velocities(found: xr.Dataset) -> pd.DataFrame:
@@ -204,7 +210,7 @@ def draw_orders(found: Sequence[xr.Dataset], length: float) -> Drawing:
         for n, (own, look) in enumerate(parts):
             phi = own["volume_fraction_percent"].values
             stable = own["ordering_length_D"].where(own["stability"] >= 0)
-            axes.plot(phi, stable, **look | {"markevery": 12}, label=_label(own))
+            axes.plot(phi, stable, **look | {"marker": ""}, label=_label(own))
             _draw_unstable(axes, own, length, 1.03 + STRIP * (len(parts) - 1 - n), look["color"])
         axes.axhline(length, **CHANNEL, label=f"channel, {length:g} $D$")
         finite = table["ordering_length_D"].where(table["stability"] >= 0)
@@ -255,7 +261,8 @@ def draw_maps(maps: Sequence[xr.Dataset]) -> Drawing:
         spacing = table["mean_spacing_d"]
         axes.set_xlim(spacing.min() / 1.2, spacing.max() * 1.2)
     length = float(maps[0]["station"][-1])
-    return _finished(figure, panels, f"CV at {length:g} $D$ over CV at the inlet", table)
+    words = f"CV at {length:g} $D$ over CV at the inlet"
+    return _finished(figure, panels, words, table, BARS)
 
 
 def _order_rows(found: xr.Dataset) -> pd.DataFrame:
@@ -329,8 +336,11 @@ def _name_fractions(panels):
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def _finished(figure: Figure, panels, words: str, table: pd.DataFrame) -> Drawing:
+def _finished(
+    figure: Figure, panels, words: str, table: pd.DataFrame, title: str | None = None
+) -> Drawing:
     panels[0][0].set_ylabel(words)
     handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, columnspacing=1.5)
+    place = {"loc": "outside lower center", "ncols": 4, "columnspacing": 1.5}
+    figure.legend(handles, labels, title=title, **place)
     return Drawing(figure, table)

@@ -72,7 +72,7 @@ class Family(NamedTuple):
 
 elastic_colour = Family("viridis", 0.05, 0.93, 0.4, 100.0)  # of De > 0
 fraction_colour = Family("afmhot_r", 0.27, 0.85, 5e-4, 5e-2)  # of a volume fraction
-confinement_colour = Family("RdPu", 0.35, 1.0, 0.05, 0.5)  # of d/D
+confinement_colour = Family("RdPu", 0.33, 1.0, 0.09, 0.42)  # of d/D
 
 
 class Drawing(NamedTuple):
