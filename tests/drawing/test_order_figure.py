@@ -69,9 +69,20 @@ def test_curves_and_points_are_those_of_the_data():
         data["remaining_variation"].sel(deborah=5)[1:], law(LENGTH, np.array([400, 4000.0]))
     )
     points = next(line for line in right.lines if line.get_marker() not in ("None", ""))
-    np.testing.assert_allclose(points.get_xdata(), [0.6, 1.0])
-    np.testing.assert_allclose(points.get_ydata(), [0.8, 1.2])
+    np.testing.assert_allclose(points.get_xdata(orig=False), [0.6, 1.0])
+    np.testing.assert_allclose(points.get_ydata(orig=False), [0.8, 1.2])
     assert set(left.lines[-1].get_ydata()) == {LENGTH}  # the channel
+
+
+def test_symbols_have_the_errors_of_the_outlet():
+    trains = simulated()
+    trains["spacing_variation_halfwidth"] = 0 * trains["spacing_variation"] + 0.05
+    trains["spacing_variation_model_error"] = 0 * trains["spacing_variation"] + 0.1
+    _, data, _, _, right = draw(trains)
+    np.testing.assert_allclose(data["simulated_variation_error"].sel(deborah=5), 0.3)
+    low, high = right.containers[0].lines[2][0].get_segments()[1][:, 1]
+    assert (low, high) == pytest.approx((0.9, 1.5))
+    assert right.get_ylim()[1] > 1.5
 
 
 def test_both_panels_hold_all_simulated_trains():

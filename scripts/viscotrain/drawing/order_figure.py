@@ -21,6 +21,7 @@ from viscotrain.drawing.conventions import (
 )
 from viscotrain.drawing.style import GREY, PAGE, Drawing, deborah_look, styled
 from viscotrain.fluid.units import CENTIMETRES
+from viscotrain.trains.design_map import ERRORS
 from viscotrain.trains.order import remaining_variation
 
 SHORTEST, LONGEST = 0.5, 30.0  # drawn, over the shortest length and the channel's
@@ -30,6 +31,7 @@ BAR = 0.055  # height of a De's bar, in inches
 IN_A_ROW = 6  # entries of the legend
 ROOM = 0.06  # beyond the smallest and the largest ratio of CV, over their difference
 GROWS = {"ls": ":", "lw": 0.8}  # lines where trains are unstable
+INLET = {"color": GREY, "lw": 0.6}  # the line at 1
 TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)  # %
 WIDER = 1.15  # than the volume fractions of lengths and trains
 
@@ -64,11 +66,13 @@ def draw_order(
     _finish_left(left, data, length, float(units["channel_diameter"]))
     _finish_right(right, data, length)
     _finish_strip(bars, len(deborah))
-    bars.set_title("length along which small scatter decays by e, by theory", loc="left")
-    above.set_title("what the channel leaves of the scatter", loc="left")
+    bars.set_title("length $l$ for a decay by e: fastest mode (neighbours alternate)", loc="left")
+    above.set_title("what the channel leaves of the scatter: all modes", loc="left")
     above.set_axis_off()
     _finish_fractions(left, right, data)
-    _legend(figure, deborah, remarks(table.sel(deborah=deborah)), length, simulated)
+    marks = remarks(table.sel(deborah=deborah))
+    words = _words(found["spacing"].values, simulated) + mark_explained(marks)
+    _legend(figure, deborah, marks, length, words)
     return Drawing(figure, data)
 
 
@@ -81,7 +85,9 @@ def _draw_one(left: Axes, right: Axes, own: xr.Dataset):
     right.plot(phi, own["remaining_variation"].where(unstable), color=look["color"], **GROWS)
     if "simulated_volume_fraction" in own:
         at, known = 100 * own["simulated_volume_fraction"], own["simulated_variation"].notnull()
-        right.plot(at[known], own["simulated_variation"][known], ls="", zorder=3, **look)
+        bars = {"ls": "", "zorder": 3, "elinewidth": 0.8, "capsize": 2}
+        ratio, error = own["simulated_variation"], own["simulated_variation_error"]
+        right.errorbar(at[known], ratio[known], error[known], **look, **bars)
 
 
 def _draw_unstable(bars: Axes, own: xr.Dataset, n: int):
@@ -110,7 +116,7 @@ def _finish_left(axes: Axes, data: xr.Dataset, length: float, diameter: float):
     other = axes.secondary_yaxis(
         "right", functions=(lambda D: D * centimetres, lambda cm: cm / centimetres)
     )
-    other.set_ylabel("[cm]", labelpad=0)
+    other.set_ylabel("$l$ [cm]", labelpad=0)
     for axis in (axes.yaxis, other.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
@@ -120,12 +126,13 @@ def _finish_right(axes: Axes, data: xr.Dataset, length: float):
     stable = (data["stability"] >= 0) & (data["deborah"] > 0)
     values = np.append(data["remaining_variation"].where(stable).values, 1.0)
     if "simulated_variation" in data:
-        values = np.append(values, data["simulated_variation"].values)
+        ratio, error = data["simulated_variation"], data["simulated_variation_error"]
+        values = np.concatenate([values, *(ratio - error).values, *(ratio + error).values])
     low, high = np.nanmin(values), np.nanmax(values)
     room = ROOM * (high - low) or 0.5
     axes.set(ylim=(max(low - room, 0), high + room))
     axes.set_ylabel(f"CV at $z$ = {length:g} $D$ over CV at the inlet")
-    axes.axhline(1, color=GREY, lw=0.6)
+    axes.axhline(1, **INLET)
 
 
 def _finish_fractions(left: Axes, right: Axes, data: xr.Dataset):
@@ -146,7 +153,7 @@ def _legend(
     deborah: list[float],
     marks: list[str],
     length: float,
-    simulated: xr.Dataset | None,
+    words: str,
 ):
     """Lines and symbols; what they are of stands above them."""
     entries = [
@@ -155,20 +162,25 @@ def _legend(
     ]
     entries.append((Line2D([], [], **CHANNEL), f"channel, $L$ = {length:g} $D$"))
     entries.append((Line2D([], [], color=GREY, **GROWS), "theory, unstable"))
-    words = "lines: theory of small scatter"
-    if simulated is not None:
-        words += (
-            f";  symbols: simulated, {injection_in_words(simulated)}; "
-            "above its line: evens out less than that"
-        )
+    entries.append((Line2D([], [], **INLET), "above: less even than at the inlet"))
     figure.legend(
         *zip(*entries, strict=True),
-        title=words + mark_explained(marks),
+        title=words,
         loc="outside lower center",
         ncols=4 if len(entries) > IN_A_ROW else len(entries),
         columnspacing=1.2,
         handlelength=1.8,
     )
+
+
+def _words(spacing: np.ndarray, simulated: xr.Dataset | None) -> str:
+    """What lines and symbols are of."""
+    words = f"lines: theory of small scatter, for distances of {spacing.min():g} to "
+    words += f"{spacing.max():g} $d$: not computed beyond, where lines and strips end"
+    if simulated is None:
+        return words
+    injected = injection_in_words(simulated)
+    return f"{words}\nsymbols: simulated, {injected}; error bars: sampling (95 %) plus model"
 
 
 def _data(found: xr.Dataset, length: float, simulated: xr.Dataset | None) -> xr.Dataset:
@@ -185,6 +197,9 @@ def _data(found: xr.Dataset, length: float, simulated: xr.Dataset | None) -> xr.
     entered = variation.isel(station=0)
     ratio = variation.isel(station=-1) / entered.where(entered > EVEN)
     phi = simulated["volume_fraction"].broadcast_like(ratio).transpose(*ratio.dims)
+    known = [name for end in ERRORS if (name := f"spacing_variation{end}") in simulated]
+    errors = [simulated[name].isel(station=-1).fillna(0) / entered for name in known]
+    error = sum(errors, 0 * ratio).transpose(*ratio.dims)
     dims = {"deborah": simulated["deborah"].values}
     shown = xr.Dataset(
         {
@@ -192,6 +207,11 @@ def _data(found: xr.Dataset, length: float, simulated: xr.Dataset | None) -> xr.
                 ("deborah", "condition"),
                 ratio.values,
                 {"long_name": "the same of simulated trains", "units": "1"},
+            ),
+            "simulated_variation_error": (
+                ("deborah", "condition"),
+                error.values,
+                {"long_name": "error of that, of the CV at the outlet", "units": "1"},
             ),
             "simulated_volume_fraction": (
                 ("deborah", "condition"),
