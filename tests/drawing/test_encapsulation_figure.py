@@ -72,7 +72,7 @@ def test_droplets_per_second_stand_above():
     left = draw_encapsulation(found()).figure.axes[0]
     (above,) = left.child_axes
     assert above.get_xlabel() == "droplets per second"
-    np.testing.assert_allclose(above.get_xticks(), RATE * np.array([0.25, 0.5, 1, 2, 4]))
+    np.testing.assert_allclose(above.get_xticks(), [20, 50, 100, 200])
 
 
 def test_conditions_are_where_they_belong():
@@ -92,6 +92,15 @@ def test_what_the_dots_are_is_said(best, words):
     data["best_single"] = ("condition", [0.4, 0.6, best])
     (legend, _) = draw_encapsulation(data).figure.legends
     assert any(words in text.get_text() for text in legend.get_texts())
+
+
+def test_the_inlet_is_drawn_too_and_no_arrow_where_symbols_nearly_agree():
+    data = found()
+    data["occupancy"][1, 1] = 0.51
+    left, right = draw_encapsulation(data).figure.axes[:2]
+    (inlet,) = [line for line in left.lines if "as beads enter" in str(line.get_label())]
+    np.testing.assert_allclose(inlet.get_ydata(), 100 * data["occupancy_curve"][1, 1])
+    assert not right.texts
 
 
 def test_each_at_its_best_frequency():

@@ -18,6 +18,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 from viscotrain.drawing.style import (
     BLUE,
     GREY,
+    MARKER_SIZE,
     PAGE,
     VERMILLION,
     Drawing,
@@ -26,7 +27,7 @@ from viscotrain.drawing.style import (
 )
 from viscotrain.trains.encapsulation import best_condition
 from viscotrain.trains.occupancy import RANDOM_BEST, TOLERANCE, poisson
-from viscotrain.trains.variables import in_digits, rate_in_words
+from viscotrain.trains.variables import rate_in_words
 
 COLOURS = (GREY, BLUE, VERMILLION)  # of 0, 1, 2+ beads
 IN_WORDS = ("no bead", "one bead", "two or more")
@@ -35,6 +36,10 @@ RANDOM = (0, (1, 1))  # dashes of beads at random times
 FRACTION_TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)  # %
 TOLERATED = {"facecolor": BLUE, "alpha": 0.13, "lw": 0}  # droplet frequencies
 ARROW = {"arrowstyle": "->", "lw": 0.8, "shrinkA": 2, "shrinkB": 2, "mutation_scale": 7}
+FULL = {"ms": MARKER_SIZE}
+SHORT = 0.07  # of the height of the panel: no arrow between symbols that touch or nearly so
+RING = {"mfc": "none", "ms": MARKER_SIZE + 3, "mew": 0.8}  # open symbols, about full ones
+ROUND = np.outer(10.0 ** np.arange(-3, 7), (1, 2, 5)).ravel()  # droplets per second
 STEP = 10.0  # of the limits of shares, %
 WIDER = 1.35  # than the volume fractions of the conditions, on either side
 
@@ -51,6 +56,7 @@ def draw_encapsulation(found: xr.Dataset) -> Drawing:
     left, right = figure.subplots(1, 2)
     own = best_condition(found)
     _draw_frequencies(left, own)
+    _draw_inlet(left, found, own)
     _draw_conditions(right, found)
     for axes in (left, right):
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -59,8 +65,9 @@ def draw_encapsulation(found: xr.Dataset) -> Drawing:
     right.set_ylabel("droplets with one bead [%]")
     handles, labels = left.get_legend_handles_labels()
     tolerance = f"one bead within {100 * TOLERANCE:g} % of its best"
-    handles += [Line2D([], [], color="black", lw=0.8, ls=RANDOM), Patch(**TOLERATED)]
-    labels += ["beads at random times (Poisson)", tolerance]
+    sampling = Patch(facecolor=GREY, alpha=0.3, lw=0)
+    handles += [Line2D([], [], color="black", lw=0.8, ls=RANDOM), Patch(**TOLERATED), sampling]
+    labels += ["beads at random times (Poisson)", tolerance, "sampling, 95 % (right: bars)"]
     figure.legend(handles, labels, loc="outside lower left", ncols=2)
     figure.legend(loc="outside lower right", ncols=2, **_keys(right))
     return Drawing(figure, found)
@@ -69,7 +76,7 @@ def draw_encapsulation(found: xr.Dataset) -> Drawing:
 def _keys(axes: Axes) -> dict:
     """Legend of the conditions: Deborah numbers at the end, and open as they enter."""
     handles, labels = axes.get_legend_handles_labels()
-    both = [Line2D([], [], color=GREY, marker="o", ms=4, ls="", mfc=mfc) for mfc in ("none", GREY)]
+    both = [Line2D([], [], color=GREY, marker="o", ls="", **look) for look in (RING, FULL)]
     words = ["open: as beads enter", "full: at the end"]
     return {"handles": [*handles, *both], "labels": [*labels, *words]}
 
@@ -101,13 +108,23 @@ def _draw_frequencies(axes: Axes, own: xr.Dataset):
     axes.xaxis.set_minor_locator(NullLocator())
     if math.isfinite(rate):
         other = axes.secondary_xaxis("top", functions=(lambda x: x * rate, lambda F: F / rate))
-        other.set_xticks([rate * tick for tick in TICKS])
-        other.xaxis.set_major_formatter(FuncFormatter(lambda value, _: in_digits(value)))
+        first, last = np.searchsorted(ROUND, rate * ratio[[0, -1]])
+        other.set_xticks(ROUND[first:last], [f"{value:g}" for value in ROUND[first:last]])
         other.xaxis.set_minor_locator(NullLocator())
         other.set_xlabel("droplets per second")
     phi = 100 * float(own["volume_fraction"])
     where = f"$\\phi$ = {phi:.3g} %,  $z$ = {float(own['station']):g} $D$"
     axes.set_title(f"the best condition: De = {float(own['deborah']):g},  {where}")
+
+
+def _draw_inlet(axes: Axes, found: xr.Dataset, own: xr.Dataset):
+    """Droplets with one bead of the same condition as beads enter."""
+    same = [found[name] == own[name] for name in ("deborah", "feed_volume_fraction")]
+    inlet = np.flatnonzero((found["station"] == 0) & same[0] & same[1])
+    if inlet.size and float(own["station"]) > 0:
+        share = 100 * found["occupancy_curve"].values[inlet[0], 1]
+        words = f"{IN_WORDS[1]}, as beads enter"
+        axes.plot(found["frequency_ratio"], share, color=COLOURS[1], lw=0.8, ls="--", label=words)
 
 
 def _draw_conditions(axes: Axes, found: xr.Dataset):
@@ -122,14 +139,10 @@ def _draw_conditions(axes: Axes, found: xr.Dataset):
     for De in deborah:
         style = deborah_look(De) | {"ls": ""}
         own = found["deborah"].values == De
-        axes.plot(fraction[own & inlet], 100 * single[own & inlet], mfc="none", **style)
+        axes.plot(fraction[own & inlet], 100 * single[own & inlet], **style | RING)
         at = own & last
         bars = 100 * np.nan_to_num(error[at])
         axes.errorbar(fraction[at], 100 * single[at], bars, lw=0.8, label=f"De = {De:g}", **style)
-        for end in np.flatnonzero(at):
-            for start in np.flatnonzero(own & inlet & (fraction == fraction[end])):
-                places = ((fraction[n], 100 * single[n]) for n in (end, start))
-                axes.annotate("", *places, arrowprops=ARROW | {"color": style["color"]})
     axes.axhline(100 * RANDOM_BEST, color="black", lw=0.8, ls=RANDOM)
     limits = fraction.min() / WIDER, fraction.max() * WIDER
     axes.set(xscale="log", xlim=limits, xlabel=r"volume fraction in the feed, $\phi_{feed}$ [%]")
@@ -137,7 +150,21 @@ def _draw_conditions(axes: Axes, found: xr.Dataset):
     axes.set_xticks(ticks)
     some = 100 * np.array([RANDOM_BEST, *single[np.isfinite(single) & (last | inlet)]])
     axes.set_ylim(STEP * np.floor(some.min() / STEP), STEP * np.ceil(some.max() / STEP + 0.2))
+    _draw_arrows(axes, found, 100 * single)
     axes.set_title(_frequency_in_words(found), pad=6)
+
+
+def _draw_arrows(axes: Axes, found: xr.Dataset, single: np.ndarray):
+    """From the inlet to the last station, unless both symbols nearly agree."""
+    deborah, fraction = found["deborah"].values, found["feed_volume_fraction"].values
+    inlet = found["station"].values == 0
+    shortest = SHORT * np.ptp(axes.get_ylim())
+    for end in np.flatnonzero(found["last_station"].values == 1):
+        same = inlet & (deborah == deborah[end]) & (fraction == fraction[end])
+        for start in np.flatnonzero(same & (np.abs(single - single[end]) > shortest)):
+            places = ((100 * fraction[n], single[n]) for n in (end, start))
+            colour = {"color": deborah_look(float(deborah[end]))["color"]}
+            axes.annotate("", *places, arrowprops=ARROW | colour)
 
 
 def _frequency_in_words(found: xr.Dataset) -> str:
