@@ -10,11 +10,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 
 from viscotrain.drawing.conventions import INJECTIONS, draw_ordered
 from viscotrain.drawing.style import GREY, PAGE, STYLE, Drawing, fraction_look, styled
 
 STYLES = ("-", "--")  # by injection
+ASIDE = (-2.0 / 72, 2.0 / 72)  # inches that symbols of an injection are moved by
 LARGEST = 1.0  # CV that the axis reaches at least: that of spheres at random
 ROOM = 0.03  # below zero, over the height of the axis: symbols are whole
 MISSING = "the table does not say what diameters change"
@@ -42,7 +44,8 @@ def draw_diameter_variation(found: xr.Dataset) -> Drawing:
     most = max(LARGEST, *(float(np.nanmax(values, initial=0.0)) for values in high))
     panels[0].set_ylim(-ROOM * most, (1 + ROOM) * most)
     panels[0].set_ylabel(f"CV of the spacing at $z$ = {float(found['length']):g} $D$")
-    words = f"$d/D$ = {float(found['confinement']):g};  lines: linear theory, symbols: simulated"
+    words = f"$d/D$ = {float(found['confinement']):g};  lines: linear theory, symbols: simulated "
+    words += "(bars: sampling, 95 %)"
     if phi.size == 1:
         words = f"${symbol}$ = {100 * phi[0]:.3g} %,  {words}"
     if found["law_variation"].isel({"law_diameter_variation": -1}).isnull().all():
@@ -66,7 +69,9 @@ def _draw_condition(axes: Axes, own: xr.Dataset):
             lw=1,
         )
         cv, half = (entered[f"spacing_variation{end}"].values for end in ("", "_halfwidth"))
-        axes.errorbar(per_cent, cv, np.nan_to_num(half), ls="", lw=0.8, **look, **full)
+        moved = axes.transData + ScaledTranslation(ASIDE[n], 0, axes.figure.dpi_scale_trans)
+        drawn = {"ls": "", "lw": 0.8, "transform": moved} | look | full
+        axes.errorbar(per_cent, cv, np.nan_to_num(half), **drawn)
 
 
 def _finish(axes: Axes, found: xr.Dataset, deborah: float) -> Line2D:
