@@ -324,7 +324,7 @@ def test_films_of_unequal_spheres_are_of_the_diameters_of_the_train(velocities):
     inside = set(seen[np.isfinite(seen)].round(12))
     assert 10 < len(inside & set((1 + np.array(again.deviation)).round(12))) == len(inside)
     figure, *_ = movies.station_film(movies.labelled(own, UNITS), 0, RATE)
-    assert "random (uniform intervals), diameters vary by 5 %" in figure.get_suptitle()
+    assert "random (gaps uniformly distributed), diameters vary by 5 %" in figure.get_suptitle()
 
 
 def test_spheres_at_the_edge_are_cut():

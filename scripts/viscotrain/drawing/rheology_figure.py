@@ -211,7 +211,7 @@ def _mark_flow(axes: Axes, walls: Mapping[float, float], relaxation_time: float)
         place = {"xy": (rate, 0), "xycoords": ("data", "axes fraction")}
         offset = {"xytext": (0, 4), "textcoords": "offset points"}
         turned = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": SMALL}
-        behind = {"boxstyle": "square,pad=0.05", "facecolor": COVERED, "lw": 0}
+        behind = {"boxstyle": "square,pad=0.05", "facecolor": "none", "lw": 0}
         axes.annotate(f"De = {De:g}", **place, **offset, **turned, color=colour, bbox=behind)
     if walls:
         low, _ = axes.get_xlim()
