@@ -397,7 +397,8 @@ def test_a_film_says_how_even_its_train_is_and_its_rows_are_numbered(data, train
     count, variation = movies.in_view(data, 3)
     assert f"CV {variation:.2f} of these {count} spheres" in now.get_text()
     names = [axes.get_ylabel() for axes in figure.axes]
-    assert names == ["row 1", "row 2", "row 3", "row 4", "camera"]
+    assert names[:4] == [f"row {n}\n5 $D$" for n in (1, 2, 3, 4)]
+    assert figure.axes[4].get_title() == "where the camera is in the channel"
 
 
 @pytest.mark.parametrize(

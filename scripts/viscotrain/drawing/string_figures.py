@@ -40,7 +40,8 @@ def strings(trains: xr.Dataset) -> Drawing:
     words = [f"spheres in strings, neighbours closer than {TOUCHING:g} $d$:"]
     words += [_in_strings(own) for own in (first, last)]
     axes.set_title("\n".join(words), loc="left", fontsize=STYLE["legend.fontsize"])
-    figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
+    conditions = train_conditions(data).replace(",  injection", "\ninjection")  # a column is narrow
+    figure.suptitle(conditions, fontsize=STYLE["axes.titlesize"])
     entries = [
         (Line2D([], [], color=colour), f"$z$ = {float(own['station']):g} $D$")
         for own, colour in ((first, GREY), (last, BLUE))

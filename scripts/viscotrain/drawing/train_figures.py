@@ -119,7 +119,9 @@ def _keys(trains: xr.Dataset) -> list:
         sampling = f"sampling error (95 %, {repeats} repeats), first \N{PLUS-MINUS SIGN}"
         entries.append((band, sampling))
     model = Line2D([], [], color="black", marker="|", ms=6, lw=0, mew=1)
-    entries.append((model, "model error (velocities of the spheres), last \N{PLUS-MINUS SIGN}"))
+    which = "second" if repeats > 1 else "after"
+    words = f"model error (velocities), {which} \N{PLUS-MINUS SIGN} unless it rounds to 0"
+    entries.append((model, words))
     if "measured_density" in trains:
         points = Line2D([], [], color="black", marker="o", ms=2.5, ls="")
         entries.append((points, "measured, \N{PLUS-MINUS SIGN} root of the count"))
@@ -167,11 +169,9 @@ def _measures(station: xr.Dataset) -> str:
     """How even the spacings are, and the share of touching spheres, in words."""
 
     def words(name: str, decimals: int, factor: float = 1.0) -> str:
-        errors = [f"{name}{end}" for end in ("_halfwidth", "_model_error")]
-        least = 10.0**-decimals / 10  # below it an error is nothing beside the number
-        known = [each for each in errors if each in station]
-        small = [each for each in known if factor * abs(float(station[each])) < least]
-        own = station.drop_vars(small)
+        error = f"{name}_model_error"
+        left_out = factor * float(station[error]) < 10.0**-decimals / 2  # it rounds to 0
+        own = station.drop_vars(error) if left_out else station
         return with_errors(own, name, decimals, factor, " \N{PLUS-MINUS SIGN} ")
 
     return (
