@@ -64,7 +64,10 @@ def test_lines_are_the_law_and_symbols_are_simulated():
     words = [text.get_text() for text in legend.get_texts()]
     assert words[:2] == [r"$\phi_{feed}$ = 0.66 %", r"$\phi_{feed}$ = 1.65 %"]
     assert words[-1] == "beads of the study"
-    assert "injection: random (uniform intervals)" in words and "injection: equally spaced" in words
+    assert (
+        "injection: random (gaps uniformly distributed)" in words
+        and "injection: equally spaced" in words
+    )
 
 
 def test_a_single_volume_fraction_is_in_the_title_and_all_that_is_drawn_within_the_axes():

@@ -365,7 +365,7 @@ def test_spacing_shows_every_station_with_its_measures(train):
         assert word in words
     for word in (
         "1.7 % in the feed",
-        "random (uniform intervals)",
+        "random (gaps uniformly distributed)",
         "model error",
         "sampling error",
     ):
@@ -386,7 +386,9 @@ def test_spacing_shows_what_the_injection_makes(train):
     figure, data = figures.spacing(train)
     xr.testing.assert_identical(data["spacing_density_injected"], train["spacing_density_injected"])
     variation = float(train["spacing_variation_injected"])
-    assert f"as they enter, random (uniform intervals): CV {variation:.2f}" in texts(figure)
+    assert f"as they enter, random (gaps uniformly distributed): CV {variation:.2f}" in texts(
+        figure
+    )
 
 
 def test_strings_are_shares_of_spheres_in_words_and_g_of_both_ends(train):
@@ -402,7 +404,7 @@ def test_strings_are_shares_of_spheres_in_words_and_g_of_both_ends(train):
         )
         shown = float(line.split("doublets ")[1].split(" \N{PLUS-MINUS SIGN}")[0])
         assert shown == pytest.approx(pairs, abs=0.5)
-    for word in ("model error", "sampling error", "in the feed", "enter farther apart"):
+    for word in ("model error", "sampling error", "in the feed", "largest gap"):
         assert word in words
     for name in ("pair_correlation_model_error", "string_share_halfwidth", "string_share_injected"):
         assert name in data

@@ -324,7 +324,7 @@ def test_films_of_unequal_spheres_are_of_the_diameters_of_the_train(velocities):
     inside = set(seen[np.isfinite(seen)].round(12))
     assert 10 < len(inside & set((1 + np.array(again.deviation)).round(12))) == len(inside)
     figure, *_ = movies.station_film(movies.labelled(own, UNITS), 0, RATE)
-    assert "random (uniform intervals), diameters vary by 5 %" in figure.get_suptitle()
+    assert "random (gaps uniformly distributed), diameters vary by 5 %" in figure.get_suptitle()
 
 
 def test_spheres_at_the_edge_are_cut():
@@ -397,7 +397,8 @@ def test_a_film_says_how_even_its_train_is_and_its_rows_are_numbered(data, train
     count, variation = movies.in_view(data, 3)
     assert f"CV {variation:.2f} of these {count} spheres" in now.get_text()
     names = [axes.get_ylabel() for axes in figure.axes]
-    assert names == ["row 1", "row 2", "row 3", "row 4", "camera"]
+    assert names[:4] == [f"row {n}\n5 $D$" for n in (1, 2, 3, 4)]
+    assert figure.axes[4].get_title() == "where the camera is in the channel"
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,9 @@ def test_the_feed_has_the_volume_fraction_of_what_enters(study):
     other = schematic.geometry(poured, 1.65)
     assert float(other["feed_volume_fraction"]) == pytest.approx(study.volume_fraction)
     assert float(other["mean_spacing"]) == pytest.approx(1.65 * float(own["mean_spacing"]))
-    assert "% in the channel (feed: about" in schematic.draw(own).figure.axes[1].get_title("left")
+    assert "% in the channel (more in the feed)" in schematic.draw(own).figure.axes[1].get_title(
+        "left"
+    )
 
 
 def test_everything_is_named(study, drawing):

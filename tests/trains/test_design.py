@@ -237,7 +237,9 @@ def test_the_figure_shows_the_answer_and_what_is_not_valid(trains):
     for words in ("beads of 20 \N{MICRO SIGN}m, vary by 2 %", "= 40 $D$", "200 droplets/s"):
         assert words in title
     names = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert {"hollow: beyond a limit of validity", "ring: 200 beads/s"} < set(names)
+    assert {"hollow: beyond a limit of validity", "ring: 200 beads/s, with % in the feed"} < set(
+        names
+    )
     shares = design.table(
         trains,
         conditions(trains),

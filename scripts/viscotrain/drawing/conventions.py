@@ -37,7 +37,7 @@ DISTANCE_TICKS = (1, 1.2, 1.5, 2, 3, 5, 10, math.inf)
 MARK = "\N{DAGGER}"  # of Deborah numbers with a remark
 BECAUSE = "stress lags behind the spheres"  # beyond the quasi-steady range
 INJECTIONS = {
-    "uniform": "random (uniform intervals)",
+    "uniform": "random (gaps uniformly distributed)",
     "poisson": "random (Poisson)",
     "even": "equally spaced",
 }

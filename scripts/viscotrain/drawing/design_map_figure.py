@@ -47,6 +47,7 @@ ROW, CURVE = 0.4, 1.35  # heights in inches: of a De in the map, of a row of pan
 AROUND_MAP, AROUND_CURVES = 1.1, 0.9  # of titles, ticks and legends
 BAND = -0.45, 0.08  # where a band of colour begins and ends in its row
 NUMBERS = 0.29  # where numbers stand in their row
+ASIDE = 0.02  # between error bars beside the outlet, over the length of the channel
 PANELS = 6  # beside each other
 SPARSE = 1.35  # fractions at least this ratio apart have both CV below the band,
 NEAR = 1.12  # closer than this one the CV at the outlet one above the other
@@ -92,6 +93,7 @@ def _draw_map(axes: Axes, dataset: xr.Dataset, found: xr.Dataset, marks: list[st
     given, length = dataset.attrs["given"], float(dataset["station"][-1])
     share = found["ordering_length"].transpose("deborah", ...).values / length
     look = {"cmap": ORDERING, "norm": LogNorm(*ORDERING_LIMITS), "rasterized": True}
+    dashed = False
     for row, De in enumerate(dataset["deborah"].values):
         own = found.sel(deborah=De)
         phi, stable = 100 * own[given].values, own["stability"].values >= 0
@@ -102,7 +104,9 @@ def _draw_map(axes: Axes, dataset: xr.Dataset, found: xr.Dataset, marks: list[st
         axes.fill_between(
             _edges(phi), bottom, top, where=_beside(unstable), step="post", **UNSTABLE
         )
-        axes.vlines(_crossings(phi, share[row], stable), bottom, top, **CHANNEL)
+        crossings = _crossings(phi, share[row], stable)
+        dashed |= crossings.size > 0
+        axes.vlines(crossings, bottom, top, **CHANNEL)
         _draw_conditions(axes, dataset.sel(deborah=De), row, bool(marks[row]))
     bar = axes.figure.colorbar(drawn, ax=axes, extend="both", pad=0.01, aspect=16)
     bar.set_ticks(ORDERING_TICKS, labels=[f"{tick:g}" for tick in ORDERING_TICKS])
@@ -111,9 +115,9 @@ def _draw_map(axes: Axes, dataset: xr.Dataset, found: xr.Dataset, marks: list[st
     bar.set_label("$l/L$")
     axes.set_title(
         "colour: length $l$ along which an almost even train evens out by a factor e, over $L$\n"
-        "(dashed: $l$ = $L$; dotted area: unstable, spheres drift together)\n"
-        r"numbers: CV of the spacing, inlet $\rightarrow$ outlet, simulated "
-        "(bold: counts as ordered)",
+        + _explained(share[found["stability"].transpose("deborah", ...).values >= 0], dashed)
+        + "numbers: CV of the spacing, inlet $\\rightarrow$ outlet, simulated "
+        "(bold: counts as ordered)" + _less_even(dataset),
         loc="left",
         pad=4,
     )
@@ -126,6 +130,22 @@ def _draw_map(axes: Axes, dataset: xr.Dataset, found: xr.Dataset, marks: list[st
     axes.set_yticks(range(dataset.sizes["deborah"]), _condition_names(dataset, marks))
     axes.tick_params(axis="y", length=0)
     axes.spines[:].set_visible(False)
+
+
+def _explained(share: NDArray, dashed: bool) -> str:
+    """A line about l over L, of stable trains, and about unstable ones."""
+    words = "dashed: $l$ = $L$; "
+    if not dashed:
+        words = "$l$ > $L$ everywhere; " if (share > 1).all() and share.size else ""
+    return f"({words}dotted area: unstable, spheres drift together)\n"
+
+
+def _less_even(dataset: xr.Dataset) -> str:
+    """A remark if some train has got less even by more than its error."""
+    cv = dataset["spacing_variation"]
+    error = dataset["spacing_variation_halfwidth"].fillna(0.0).isel(station=-1)
+    worse = cv.isel(station=-1) - error > cv.isel(station=0)
+    return "\nrandom trains may get less even: close pairs" if worse.any() else ""
 
 
 def _edges(values: NDArray) -> NDArray:
@@ -192,7 +212,7 @@ def _draw_curves(figure: SubFigure, panels: NDArray, dataset: xr.Dataset, marks:
         axes.set_axis_off()
     for axes, De, mark in zip(panels, deborah, marks, strict=False):
         for n, look in enumerate(looks):
-            _draw_curve(axes, dataset.sel(deborah=De).isel({given: n}), look)
+            _draw_curve(axes, dataset.sel(deborah=De).isel({given: n}), look, n)
         line = draw_ordered(axes, float(dataset["ordered_variation"]))
         axes.set_title(marked_deborah(De, mark), loc="left", pad=4)
         axes.set_xlim(0, float(dataset["station"][-1]))
@@ -202,7 +222,7 @@ def _draw_curves(figure: SubFigure, panels: NDArray, dataset: xr.Dataset, marks:
     panels[0].set_ylabel("CV of the spacing")
     figure.suptitle(
         f"along the channel (100 $D$ = {cm:.3g} cm; bands: sampling error, "
-        "95 %; bars at the outlet: model error)",
+        "95 %; bars beside the outlet: model error)",
         fontsize=matplotlib.rcParams["axes.titlesize"],
     )
     symbol = r"\phi" if given == "volume_fraction" else r"\phi_{feed}"
@@ -218,7 +238,7 @@ def _draw_curves(figure: SubFigure, panels: NDArray, dataset: xr.Dataset, marks:
     )
 
 
-def _draw_curve(axes: Axes, own: xr.Dataset, look: dict):
+def _draw_curve(axes: Axes, own: xr.Dataset, look: dict, n: int):
     """One condition, with its sampling error along the channel and its model error at the end."""
     z, y = own["station"].values, own["spacing_variation"].values
     half = own["spacing_variation_halfwidth"].values
@@ -226,4 +246,5 @@ def _draw_curve(axes: Axes, own: xr.Dataset, look: dict):
     axes.fill_between(z, y - half, y + half, color=look["color"], alpha=0.2, lw=0)
     error = float(own["spacing_variation_model_error"][-1])
     bar = [[min(error, y[-1])], [error]]  # nothing is below 0
-    axes.errorbar(z[-1], y[-1], bar, color=look["color"], lw=2, clip_on=False)
+    place = (1 - (n + 1) * ASIDE) * z[-1]  # the bars of a panel stand side by side
+    axes.errorbar(place, y[-1], bar, color=look["color"], lw=2, clip_on=False)

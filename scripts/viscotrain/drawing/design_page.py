@@ -121,7 +121,8 @@ def draw_design(found: pd.DataFrame, device: Device) -> Drawing:
         label = f"De = {De:g}: {flow}, {own['pressure_bar'].iloc[0]:.2g} bar"
         _draw_conditions(left, own, own["variation"], errors, look)
         _draw_conditions(right, own, own["single_percent"], own["single_sampling_percent"], look)
-        left.plot([], [], label=label, **look)
+        face = look["color"] if (own["reason"] == "").any() else "white"  # as the symbols
+        left.plot([], [], label=label, **look | {"mfc": face})
         dotted = {"color": look["color"], "lw": 0.8, "ls": (0, (1, 1))}
         left.plot(own["spacing_d"], own["variation_by_linear_law"], **dotted)
         right.plot(own["spacing_d"], own["single_random_percent"], **dotted)
@@ -155,6 +156,11 @@ def _draw_conditions(axes: Axes, own: pd.DataFrame, values, errors, look: dict):
         )
     wanted = own["has_wanted_rate"]
     axes.plot(own["spacing_d"][wanted], values[wanted], **RING)
+    for at, value, feed in zip(
+        own["spacing_d"][wanted], values[wanted], own["feed_percent"][wanted], strict=True
+    ):
+        beside = {"xytext": (5, -3), "textcoords": "offset points", "va": "top"}
+        axes.annotate(f"{feed:.2g} %", (at, value), fontsize=SMALL, **beside)
 
 
 def _title(found: pd.DataFrame, device: Device) -> str:
@@ -186,5 +192,5 @@ def _explain(figure: Figure, left: Axes, found: pd.DataFrame, device: Device):
         labels.append("hollow: beyond a limit of validity")
     if found["has_wanted_rate"].any():
         handles.append(Line2D([], [], **RING))
-        labels.append(f"ring: {device.bead_rate:g} beads/s")
+        labels.append(f"ring: {device.bead_rate:g} beads/s, with % in the feed")
     figure.legend(handles, labels, loc="outside lower center", ncols=3)

@@ -336,6 +336,12 @@ def _columns(physical: bool) -> Iterator[str]:
         yield name + unit * is_length
 
 
+def _as_known(station: xr.Dataset, name: str, factor: float) -> int:
+    """Decimals of a length, none where its errors are above one; at most one."""
+    ends = [f"{name}{end}" for end in ("_halfwidth", "_model_error")]
+    return 0 if any(factor * float(station[end]) >= 1 for end in ends if end in station) else 1
+
+
 def _statistics(train: xr.Dataset, units: xr.Dataset, physical: bool) -> Iterator[list[str]]:
     """A row per station, with both errors, in d and D or in um and cm."""
     between = " \N{PLUS-MINUS SIGN} "
@@ -345,6 +351,8 @@ def _statistics(train: xr.Dataset, units: xr.Dataset, physical: bool) -> Iterato
         if physical:
             row = [f"{station * CENTIMETRES * float(units['channel_diameter']):.3g}"]
         for name, decimals, factor, is_length in STATISTICS.values():
-            how = (1, factor * size) if physical and is_length else (decimals, factor)
+            how = (decimals, factor)
+            if physical and is_length:
+                how = (_as_known(own, name, factor * size), factor * size)
             row.append(with_errors(own, name, *how, between=between))
         yield row

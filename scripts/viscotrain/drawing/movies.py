@@ -43,6 +43,7 @@ from viscotrain.trains.variables import in_digits
 
 AROUND, LINE = 0.75, 0.15  # heights of words above and below the windows, and of a line, in inches
 PROGRESS = 0.12  # the same of the line that stands for the channel
+NARROWER = 0.15  # than the rows is this line, on either side, over the length of the channel
 RING = {
     "facecolor": "none",
     "edgecolor": SHADOW,
@@ -188,7 +189,7 @@ def moving_film(data: xr.Dataset, frame_rate: float) -> tuple[Figure, list, Call
     """The same of the camera that moves along; its rows are pieces of a window."""
     rows, beta = int(data["moving_rows"]), float(data["confinement"])
     length = float(data["moving_length"]) / rows
-    figure, panels = figure_of_windows(rows, length, _around(data), PROGRESS)
+    figure, panels = figure_of_windows(rows, length, _around(data) + LINE, PROGRESS)
     time, speed = _clock(data, data["moving_time"].values, frame_rate)
     at = f"at {float(data['moving_velocity']):.3g} U\u0304"
     now = _head(figure, data)
@@ -199,7 +200,7 @@ def moving_film(data: xr.Dataset, frame_rate: float) -> tuple[Figure, list, Call
         seen.append(draw_window(axes, -(n + 1) * length, length))
         place(spheres(axes, **RING), positions[0] - ends[0], diameters[0], beta)
         axes.set_xticks([])
-        axes.set_ylabel(f"row {n + 1}", rotation=0, ha="right", va="center")
+        axes.set_ylabel(f"row {n + 1}\n{length:.3g} $D$", rotation=0, ha="right", va="center")
         if n:
             axes.set_title(f"row {n} goes on here, at the right", loc="right")
     draw_scale(panels[0], float(data["channel_diameter"]))
@@ -227,13 +228,16 @@ def in_view(data: xr.Dataset, n: int) -> tuple[int, float]:
 
 
 def _draw_progress(axes: Axes, data: xr.Dataset) -> Rectangle:
-    """The whole channel as a line, with its stations, and the window, as long as it is."""
+    """The whole channel as a line, narrower than the rows, its stations and the window in it."""
     length = float(data["channel_length"])
-    axes.set(xlim=(0, length), ylim=(-1, 1), yticks=[], xticks=data["station"].values)
+    beside = NARROWER * length
+    axes.set(xlim=(-beside, length + beside), ylim=(-1, 1), yticks=[])
+    axes.set_xticks(data["station"].values)
+    axes.spines["bottom"].set_bounds(0, length)
     axes.spines[["left", "right", "top"]].set_visible(False)
     axes.spines["bottom"].set(color=WALL, position=("data", 0))
     axes.set_xlabel(POSITION)
-    axes.set_ylabel("camera", rotation=0, ha="right", va="center")
+    axes.set_title("where the camera is in the channel")
     window = Rectangle((0, -0.8), float(data["moving_length"]), 1.6, facecolor=BLUE, lw=0)
     return axes.add_patch(window)
 

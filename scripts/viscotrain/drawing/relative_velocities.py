@@ -137,11 +137,19 @@ def _relative_velocity_data(s, surface, sp, sf, nodes, deborah) -> xr.Dataset:
 def _signed_colour_bar(figure: Figure, panels: list[Axes], shown, label: str):
     bar = figure.colorbar(shown, ax=panels, aspect=28, pad=0.035)
     end = float(bar.vmax)
-    inner = [tick for tick in MaxNLocator(8).tick_values(-end, end) if abs(tick) < 0.85 * end]
-    bar.set_ticks([-end, *inner, end])
+    bar.set_ticks(
+        _ticks_on_edges(shown.levels, end) if hasattr(shown, "levels") else [-end, 0, end]
+    )
     bar.set_label(label)
     bar.ax.set_title("\n".join(REPULSION), color=REPULSION_COLOUR, fontsize=SMALL)
     bar.ax.set_xlabel("\n".join(ATTRACTION), color=ATTRACTION_COLOUR, fontsize=SMALL)
+
+
+def _ticks_on_edges(levels: NDArray, end: float) -> NDArray:
+    """Edges of steps of colour, evenly from zero on, about nine up to both ends."""
+    number = np.arange(levels.size) - np.argmin(np.abs(levels))
+    every = max(1, round(levels.size / 9))
+    return levels[(number % every == 0) & (np.abs(levels) <= end * (1 + NEGLIGIBLE))]
 
 
 def _draw_surface(axes: Axes, x: NDArray, values: NDArray, norm: Normalize):
@@ -267,5 +275,5 @@ def _draw_triplet(axes: Axes, words: str):
     axes.annotate("", (-1.8, 0), (-2.7, 0), arrowprops=arrow)
     axes.text(-2.8, 0, "flow", ha="right", va="center", fontsize=SMALL)
     axes.text(-4.8, 0, words, ha="right", va="center")
-    names = "1 trailing, 2 middle, 3 leading;\n$s$ = \N{INFINITY}: sphere not there"
+    names = "1 trailing, 2 middle, 3 leading;\n$s$ = \N{INFINITY}: that sphere is far away"
     axes.text(4.8, 0, names, ha="left", va="center")

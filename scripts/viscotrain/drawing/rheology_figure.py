@@ -209,10 +209,9 @@ def _mark_flow(axes: Axes, walls: Mapping[float, float], relaxation_time: float)
         colour = deborah_colour(De)
         axes.axvline(rate, color=colour, lw=0.9, ls=":", zorder=0.5)
         place = {"xy": (rate, 0), "xycoords": ("data", "axes fraction")}
-        offset = {"xytext": (0, 4), "textcoords": "offset points"}
-        turned = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": SMALL}
-        behind = {"boxstyle": "square,pad=0.05", "facecolor": COVERED, "lw": 0}
-        axes.annotate(f"De = {De:g}", **place, **offset, **turned, color=colour, bbox=behind)
+        offset = {"xytext": (-1, 4), "textcoords": "offset points"}
+        turned = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": SMALL}
+        axes.annotate(f"De = {De:g}", **place, **offset, **turned, color=colour)
     if walls:
         low, _ = axes.get_xlim()
         axes.axvspan(

@@ -230,15 +230,14 @@ def _draw_train(axes: Axes, data: xr.Dataset):
     ):
         axes.text(place, row, name, ha="center", va="center", fontsize=SMALL)
     for place in (0.0, end):
-        axes.plot([place, place], [-0.5, 0.5], color=GREY, lw=1, ls="--")
+        axes.plot([place, place], [-0.5, 0.5], color=GREY, lw=0.6)
     axes.annotate("", (-0.1, 0), (-0.55, 0), arrowprops=FLOW)
     axes.annotate("", (end + 0.6, 0), (end + 0.15, 0), arrowprops=FLOW)
-    phi, feed = (100 * float(data[name]) for name in ("volume_fraction", "feed_volume_fraction"))
+    phi = 100 * float(data["volume_fraction"])
     spacing = float(data["mean_spacing"]) / beta
     title = (
-        f"train: $\\phi$ = {phi:.3g} % in the channel (feed: about {feed:.2g} % at "
-        f"De = {float(data['deborah']):g}), mean spacing ${MEAN_SPACING}$ = "
-        f"${_law(data)}\\,d\\,\\beta^2/\\phi$ = {spacing:.3g} $d$"
+        f"train: $\\phi$ = {phi:.3g} % in the channel (more in the feed), "
+        f"mean spacing ${MEAN_SPACING}$ = ${_law(data)}\\,d\\,\\beta^2/\\phi$ = {spacing:.3g} $d$"
     )
     if "channel" in data.attrs:
         _draw_section(axes, data, _train_width(data) - 0.85)

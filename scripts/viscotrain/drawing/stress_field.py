@@ -31,6 +31,7 @@ FIELD_MARGIN = 0.8  # of the drawn field beyond the outer spheres' centres, in D
 CLIPPED = 0.01  # share of the field that may be beyond the colours: thin layers at the spheres
 LINEAR = 0.2  # of the colours, over their end, beyond which they are logarithmic
 STREAMLINES = 14
+HEADS = 0.08, 0.92  # where streamlines have heads of arrows, over the length of the drawn field
 MINUS = "\N{MINUS SIGN}"
 BESIDE = 0.8  # width of a panel over that of the figure
 BELOW_AXIS = 0.8  # drawn there, in d: all of the spheres
@@ -82,7 +83,8 @@ def _words(data: xr.Dataset) -> str:
     names = ", ".join(f"{NUMBERS[str(name)]} {name}" for name in data["sphere"].values)
     return (
         f"spheres: {names};  thick line: wall\nthin lines: streamlines as seen from sphere 2, "
-        "from where the fluid near the wall moves to the left"
+        "from where the fluid near the wall moves to the left;\n"
+        "the line that ends at the outer spheres divides it from a core that turns back"
     )
 
 
@@ -95,7 +97,7 @@ def _draw_bar(figure: Figure, shown: QuadMesh, panels: NDArray):
     bar.minorticks_off()
     bar.set_label(
         r"change of the polymer stress, $\Delta\,\mathrm{tr}\,\tau$ [$\eta_0 \bar{U}/D$]"
-        "\n(more than without spheres: red)"
+        "\n(more than without spheres: red; colours are not linear)"
     )
 
 
@@ -155,11 +157,30 @@ def _draw_change(axes: Axes, own: xr.Dataset, norm: SymLogNorm) -> QuadMesh:
 
 def _draw_streamlines(axes: Axes, own: xr.Dataset):
     """As many towards the wall as psi has values, evenly in its root."""
-    psi = own["streamfunction"].values
+    z, r = own["z"].values, own["r"].values
+    spheres, radius = own["sphere_position"].values, float(own["confinement"]) / 2
+    between = (z > spheres.min()) & (z < spheres.max()) & (r[:, None] < radius)
+    whole = own["streamfunction"].values
+    psi = np.ma.masked_where(between, whole)  # eddies between spheres are too small to be seen
     share = np.linspace(-1, 1, 2 * STREAMLINES + 1)
-    levels = np.unique(np.sign(share) * share**2 * np.abs(psi).max())
+    levels = np.unique(np.sign(share) * share**2 * np.abs(whole).max())
     style = {"colors": "black", "linewidths": 0.4, "linestyles": "solid", "alpha": 0.7}
-    axes.contour(own["z"].values, own["r"].values, psi, levels=levels, **style)
+    axes.contour(z, r, psi, levels=levels, **style)
+    _draw_heads(axes, own, levels)
+
+
+def _draw_heads(axes: Axes, own: xr.Dataset, levels: NDArray):
+    """Heads of arrows at both ends of streamlines, where they are along the channel."""
+    z, r = own["z"].values, own["r"].values
+    for share in HEADS:
+        n = round(share * (z.size - 1))
+        psi = own["streamfunction"].values[:, n]
+        for k in range(1, r.size):
+            change = psi[k] - psi[k - 1]
+            head = ">" if change > 0 else "<"  # r (u - U_2) is the slope of psi
+            for level in levels[(levels - psi[k - 1]) * (levels - psi[k]) < 0]:
+                at = r[k - 1] + (level - psi[k - 1]) / change * (r[k] - r[k - 1])
+                axes.plot(z[n], at, head, color="black", ms=2.5, mew=0, alpha=0.8)
 
 
 def _draw_spheres(axes: Axes, own: xr.Dataset):

@@ -35,12 +35,13 @@ def strings(trains: xr.Dataset) -> Drawing:
     axes.axhline(1.0, color="black", lw=0.6, ls=(0, (4, 2)))
     axes.set(xlim=(1.0, data["spacing_bin"].values[-1]), ylim=(0, None))
     axes.set_xlabel("distance $s$ [$d$]")
-    axes.set_ylabel("pair correlation, $g(s)$ (1: no order)")
+    axes.set_ylabel("pair correlation, $g(s)$ (1: independent spheres)")
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True, steps=[1, 2, 5, 10]))
     words = [f"spheres in strings, neighbours closer than {TOUCHING:g} $d$:"]
     words += [_in_strings(own) for own in (first, last)]
     axes.set_title("\n".join(words), loc="left", fontsize=STYLE["legend.fontsize"])
-    figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
+    conditions = train_conditions(data).replace(",  injection", "\ninjection")  # a column is narrow
+    figure.suptitle(conditions, fontsize=STYLE["axes.titlesize"])
     entries = [
         (Line2D([], [], color=colour), f"$z$ = {float(own['station']):g} $D$")
         for own, colour in ((first, GREY), (last, BLUE))
@@ -73,7 +74,7 @@ def _draw_longest(axes: Axes, data: xr.Dataset):
     bins = data["spacing_bin"]
     longest = bins.values[some[-1]] + bins.attrs["bin_width"] / 2
     axes.axvline(longest, color=GREY, lw=1, ls=DOTTED)
-    words = "no neighbours\nenter farther apart"
+    words = "largest gap\ninjected"
     place = {"ha": "left", "va": "bottom", "transform": axes.get_xaxis_transform()}
     axes.text(longest, 0.02, f" {words}".replace("\n", "\n "), fontsize=7, **place)
 

@@ -66,17 +66,23 @@ def spacing(trains: xr.Dataset) -> Drawing:
         _draw_distribution(axes, data.isel(station=n))
         near = axes.axvspan(CONTACT, TOUCHING, facecolor=VERMILLION, alpha=0.4, lw=0)
         mean = axes.axvline(law, color="black", lw=0.8, ls=(0, (4, 2)))
-        axes.xaxis.set_major_locator(MaxNLocator(8, integer=True, steps=[1, 2, 5, 10]))
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.spines[["top", "right"]].set_visible(False)
     panels[0].set(xlim=(0.5, BEYOND * _largest(data)), ylim=(0.0, 1.05 * _highest(data)))
+    panels[0].set_xticks(_distance_ticks(BEYOND * _largest(data)))
     panels[-1].set_xlabel("distance to the sphere ahead, $s$ [$d$]")
     figure.supylabel("probability density [$1/d$]", fontsize=STYLE["axes.labelsize"])
     figure.suptitle(train_conditions(data), fontsize=STYLE["axes.titlesize"])
     entries = [(mean, rf"equally spaced: ${_factor(trains)}\,d\,(d/D)^2/\phi$ = {law:.3g} $d$")]
-    entries += [*_keys(trains), (near, f"touching: $s$ < {TOUCHING:g} $d$")]
+    entries += [*_keys(trains), (near, f"touching: closer than {TOUCHING:g} $d$")]
     figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=2)
     return Drawing(figure, data)
+
+
+def _distance_ticks(largest: float) -> NDArray:
+    """Round distances, and contact."""
+    even = MaxNLocator(8, integer=True, steps=[1, 2, 5, 10]).tick_values(0, largest)
+    return np.array([CONTACT, *(tick for tick in even if CONTACT < tick <= largest)])
 
 
 def _largest(data: xr.Dataset) -> float:
@@ -113,7 +119,9 @@ def _keys(trains: xr.Dataset) -> list:
         sampling = f"sampling error (95 %, {repeats} repeats), first \N{PLUS-MINUS SIGN}"
         entries.append((band, sampling))
     model = Line2D([], [], color="black", marker="|", ms=6, lw=0, mew=1)
-    entries.append((model, "model error (velocities of the spheres), last \N{PLUS-MINUS SIGN}"))
+    which = "second" if repeats > 1 else "after"
+    words = f"model error (velocities), {which} \N{PLUS-MINUS SIGN} unless it rounds to 0"
+    entries.append((model, words))
     if "measured_density" in trains:
         points = Line2D([], [], color="black", marker="o", ms=2.5, ls="")
         entries.append((points, "measured, \N{PLUS-MINUS SIGN} root of the count"))
@@ -161,7 +169,10 @@ def _measures(station: xr.Dataset) -> str:
     """How even the spacings are, and the share of touching spheres, in words."""
 
     def words(name: str, decimals: int, factor: float = 1.0) -> str:
-        return with_errors(station, name, decimals, factor, " \N{PLUS-MINUS SIGN} ")
+        error = f"{name}_model_error"
+        left_out = factor * float(station[error]) < 10.0**-decimals / 2  # it rounds to 0
+        own = station.drop_vars(error) if left_out else station
+        return with_errors(own, name, decimals, factor, " \N{PLUS-MINUS SIGN} ")
 
     return (
         f"$z$ = {float(station['station']):g} $D$\n"
