@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from harness import study
+from harness import FINISHED_TABLE, ROOT, study
 from rheometer import NOISE, measured
 from synthetic import superposed, triplet
 
@@ -16,6 +16,7 @@ from viscotrain.fluid.fluid_fit import fit
 from viscotrain.fluid.parameters import Fluid
 from viscotrain.fluid.units import physical_units
 from viscotrain.studies import fit_spread
+from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import order
 
 LENGTH = 800.0
@@ -25,6 +26,7 @@ class Table:
     """Repulsion that grows with De, in place of a table of the study."""
 
     deborah, smallest_distance = (0.0, 1.0, 5.0), 1.1
+    dataset = VelocityTable.open(ROOT / FINISHED_TABLE).dataset  # has no holes
 
     def at(self, deborah):
         return triplet(law=lambda sp, sf: superposed(sp, sf, scale=deborah / 5))

@@ -186,7 +186,8 @@ def test_scripts_say_that_the_fluid_is_not_fitted_yet(project):
         "scripts/dns.py", "--configfile", config, "--sp", "inf", "--sf", "inf", "x.nc"
     )
     assert done.returncode == 1
-    assert "fluid.data: not fitted yet; make results/fitted/fluid_fit/fluid.yaml" in done.stderr
+    assert "fluid.data: not fitted yet; fit it before: snakemake" in done.stderr
+    assert "-- results/fitted/fluid_fit/fluid.yaml" in done.stderr
     assert "Traceback" not in done.stderr
 
 

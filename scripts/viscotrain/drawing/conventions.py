@@ -28,7 +28,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from viscotrain.drawing.style import GREY, PALE_GREY
 from viscotrain.table.memory import remark as memory_remark
-from viscotrain.trains.variables import amounts_in_words, rate_in_words, unequal
+from viscotrain.trains.variables import (
+    SPHERE_RATE,
+    amounts_in_words,
+    described,
+    rate_in_words,
+    unequal,
+)
 
 SIGNED = "RdBu_r"
 REPULSION, ATTRACTION = ("repulsion", "gap opens"), ("attraction", "gap closes")
@@ -134,7 +140,8 @@ def with_sphere_rate(train: xr.Dataset, units: xr.Dataset | None) -> xr.Dataset:
     if units is None:
         return train
     seconds = float(units["time"].sel(deborah=float(train["deborah"])))
-    return train.assign(sphere_rate=float(train["injection_rate"]) / seconds)
+    rate = float(train["injection_rate"]) / seconds
+    return train.assign(sphere_rate=described(rate, [], SPHERE_RATE, units="s-1"))
 
 
 def amounts(data: xr.Dataset) -> str:

@@ -36,7 +36,7 @@ from viscotrain.table import memory
 from viscotrain.table.attributes import ATTRIBUTES
 from viscotrain.table.interpolation import VelocityTable
 from viscotrain.trains import order
-from viscotrain.trains.variables import rate_in_words, unequal, with_errors
+from viscotrain.trains.variables import SPHERE_RATE, rate_in_words, unequal, with_errors
 from viscotrain.words import BEYOND_QUASI_STEADY
 
 MEASURES = ("mean_spacing", "spacing_mode", "spacing_variation", "even_share", "touching_share")
@@ -229,7 +229,6 @@ ORDERED_POSITION = {
     "sampling and model error: the first that it may be",
     "ordered_position_latest": "the same, if it is larger by both: the last that it may be",
 }
-SPHERE_RATE = "spheres that enter in a second"
 INSCRIBED_SHARE = "area of the tube that fits the channel over that of the channel"
 KEPT = ("given", "injection")  # attributes of trains
 LENGTH = "position along the channel, the length of one that ends there"

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 
 import xarray as xr
 
+SPHERE_RATE = "spheres that enter in a second"
+
 
 def described(values, dims: Sequence[str], long_name: str, **attributes) -> xr.Variable:
     """A dimensionless variable."""
