@@ -48,10 +48,8 @@ def of_verification(study: Study) -> Iterator[Request]:
     """Jobs of `snakemake verification` beside the table."""
     check = study.verification
     for point in check.transient:
-        name, seconds = (
-            point_name(point.sp, point.sf, point.deborah),
-            flow_seconds(_longest(study, point)),
-        )
+        name = point_name(point.sp, point.sf, point.deborah)
+        seconds = flow_seconds(_longest(study, point))
         yield Request("transient", f"transient/{name}.nc", OVER_A_FLOW["transient"] * seconds)
         file = f"verification/start_up/{name}.nc"
         yield Request("start_up", file, OVER_A_FLOW["start_up"] * seconds)

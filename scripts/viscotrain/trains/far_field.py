@@ -17,16 +17,14 @@ error of what was extrapolated, times the interval, is that of distances: it set
 Units: times in D/Ubar, velocities in Ubar, distances in d.
 """
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from viscotrain.trains import step_length
 from viscotrain.trains.closures import Closure
 
 SHARE = 0.01  # of the error that a step may have: so much an interval may have
 FIRST, LONGEST = 0.1, 5.0  # intervals in D/Ubar
-SAFETY, SHRINK, GROW = 0.8, 0.2, 2.0  # limits of the next interval over the last one
 MOMENT = 0.01  # D/Ubar, over which rates of change are differences
 
 
@@ -73,8 +71,7 @@ class FarField:
             return
         found = self._closure.far(distance)
         error = float(np.max(np.abs(found - self.after(0.0)))) * self._age
-        factor = SAFETY * math.sqrt(self._allowed / error) if error > 0 else GROW
-        self._interval = min(self._age * min(max(factor, SHRINK), GROW), LONGEST)
+        self._interval = min(self._age * step_length.change(error / self._allowed), LONGEST)
         self._known, self._age, self._summed = found, 0.0, True
 
     def enter(self, distance: NDArray):

@@ -21,7 +21,6 @@ at the beginning and its positions at both ends.
 Units: positions and times in D and D/Ubar, distances and snapshots in d, velocities in Ubar.
 """
 
-import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -29,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viscotrain.table.lubrication import ROUND_OFF, ChainMotion, lubricate
+from viscotrain.trains import step_length
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.far_field import FarField
 from viscotrain.trains.sizes import contact
@@ -38,7 +38,6 @@ TOLERANCE = 1e-4  # of Euler's distances in one step, in d; Heun's are far bette
 LOGARITHM_TOLERANCE = 0.02  # of its gaps, relative: 1e-3 d when a gap leaves lubrication
 DEEPEST = -600.0  # logarithm of a gap, near the end of what a number can be
 LONGEST_STEP = 2.0  # D/Ubar
-SAFETY, SHRINK, GROW = 0.8, 0.2, 2.0  # limits of the next step's length over the last one's
 
 
 def chain_motion(
@@ -159,7 +158,7 @@ class Channel:
             _, end = self.motion(y + duration * start, far.after(duration) if far else None)
             step = Step(y, start, end, duration)
             error = step.error(self.tolerance)
-            factor = min(max(SAFETY / math.sqrt(error), SHRINK), GROW) if error > 0 else GROW
+            factor = step_length.change(error)
             if error > 1:
                 self._trial = duration * factor
                 continue
