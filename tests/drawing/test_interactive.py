@@ -583,9 +583,9 @@ def test_the_film_plays_and_is_to_scale(opened, train):
 @needs_chromium
 @pytest.mark.slow
 def test_on_a_phone_in_the_dark(browser, train, tmp_path):
-    phone = {"viewport": {"width": 390, "height": 844}, "has_touch": True}
+    phone = {"viewport": {"width": 360, "height": 740}, "has_touch": True}
     page = Opened(browser, full_page(train), tmp_path / "page.html", color_scheme="dark", **phone)
-    assert page.tab.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.tab.evaluate("document.documentElement.scrollWidth") <= 360
     assert page.tab.evaluate("getComputedStyle(document.body).backgroundColor") == (
         "rgb(22, 24, 28)"
     )
@@ -594,13 +594,13 @@ def test_on_a_phone_in_the_dark(browser, train, tmp_path):
         assert page.drawn(plot, "layout.plot_bgcolor") == "#1d2026"
     assert page.drawn("behind", "data[0].colorscale[2][1]") == interactive_data.DARK_SIGNED[2]
     box = page.tab.locator("#statistics").bounding_box()
-    assert box["width"] <= 390
+    assert box["width"] <= 360
     names = page.tab.evaluate(
         "[...document.querySelectorAll('#statistics tr:nth-child(2) td')].map((td) => "
         "getComputedStyle(td, '::before').content)"
     )
     assert names[0] == '"z [D]"' and '"CV"' in names
-    assert page.tab.locator("#train").bounding_box()["width"] < 370
+    assert page.tab.locator("#train").bounding_box()["width"] < 340
     page.tab.locator("#behind .nsewdrag").tap()
     page.until("document.getElementById('behind-value').textContent")
     assert "\N{LATIN CAPITAL LETTER U WITH MACRON}" in page.text("#behind-value")
