@@ -138,7 +138,7 @@ class TripletVelocities:
             sf: Distances to the leading sphere, of the same shape.
             particle: `TRAILING`, `MIDDLE` or `LEADING`, one for all or of this shape.
         """
-        which = np.full(sp.shape, particle)
+        which = np.asarray(particle)
         splines = self._x_p, self._x_f, self._cells, self._x_far, self._far
         U = _velocities(sp.ravel(), sf.ravel(), which.ravel(), self.smallest_distance, *splines)
         return U.reshape(sp.shape)
@@ -152,7 +152,7 @@ def _velocities(sp, sf, particle, smallest, x_p, x_f, cells, x_far, far):
         s_p, s_f = max(sp[n], smallest), max(sf[n], smallest)
         i, x = _local(x_p, 1.0 / s_p)
         j, y = _local(x_f, 1.0 / s_f)
-        k = particle[n]
+        k = particle[min(n, particle.size - 1)]
         value = 0.0
         for m in range(4):
             value = value * y + _cubic(cells[k, i, j, m], x)

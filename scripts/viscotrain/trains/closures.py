@@ -64,6 +64,7 @@ from viscotrain.words import LEADING, MIDDLE, TRAILING
 NEGLIGIBLE_TERM = 1e-8  # Ubar
 FARTHEST = 100.0  # d: velocities fall by e in 2 to 3 d at d/D = 0.2; a tail in 1/s is the table's
 SEARCH = 1.01  # ratio of successive distances
+NONE = np.array([np.inf])  # the distance to a neighbour that is not there
 CELLS = 256  # of the splines, on each axis: errors below 1e-9 Ubar with nodes from 1.05 d on
 
 
@@ -112,9 +113,8 @@ class Closure:
 
     def _middle(self, distance: NDArray) -> NDArray:
         """Each sphere as the middle one of its triplet; neighbours that miss are at infinity."""
-        none = np.array([np.inf])
-        sp, sf = np.concatenate([none, distance]), np.concatenate([distance, none])
-        return self.triplets.closure(sp, sf, MIDDLE)
+        s = np.concatenate([NONE, distance, NONE])
+        return self.triplets.closure(s[:-1], s[1:], MIDDLE)
 
 
 class Nearest(Closure):

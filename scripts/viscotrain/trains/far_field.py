@@ -51,6 +51,11 @@ class FarField:
         """F in Ubar, shape (N,), a time after the present one."""
         return self._known + (self._age + time) * self._rate
 
+    @property
+    def followed(self) -> bool:
+        """Whether all rates of F are known."""
+        return not self._summed and self._entered is None
+
     def follow(self, distance: NDArray, change: NDArray):
         """Take how distances change, in d per D/Ubar, where rates of F are not known yet."""
         if self._summed:
@@ -97,4 +102,4 @@ class FarField:
     def _reached(self, distance: NDArray) -> int:
         """How many distances, from the first one on, the first sphere has to do with."""
         behind = distance[1:].cumsum()  # as the outer sphere it is felt up to here
-        return int(np.searchsorted(behind, self._closure.reach)) + 2
+        return int(behind.searchsorted(self._closure.reach)) + 2

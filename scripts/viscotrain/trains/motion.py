@@ -24,6 +24,7 @@ Units: positions and times in D and D/Ubar, distances and snapshots in d, veloci
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -75,16 +76,14 @@ class Step(NamedTuple):
     end: NDArray
     duration: float
 
-    def state(self, tau, item=slice(None)) -> NDArray:
-        """The state, or items of it, a time `tau` after the beginning."""
-        bend = (self.end[item] - self.start[item]) / (2 * self.duration)
-        return self.y[item] + tau * (self.start[item] + tau * bend)
+    def state(self, tau: float) -> NDArray:
+        """The state a time `tau` after the beginning."""
+        return parabola(self.y, self.start, self.end, self.duration, tau)
 
     def error(self, tolerance: float) -> float:
         """Largest error of Euler's gaps over what is allowed: above 1 the step is too long."""
-        logarithm = np.abs(self.end[1:] - self.start[1:]) * (self.duration / 2)
-        allowed = np.minimum(LOGARITHM_TOLERANCE, tolerance * np.exp(-self.y[1:]))
-        return float(np.max(logarithm / allowed, initial=0.0))
+        allowed = tolerance * np.exp(-self.y[1:])
+        return _largest_error(self.start, self.end, self.duration, allowed)
 
 
 @dataclass
@@ -114,9 +113,14 @@ class Channel:
     def __post_init__(self):
         self._trial = LONGEST_STEP  # length of the next step
 
-    def hold(self, deviation: NDArray):
-        """Take spheres that are not equal: their (d_i - d)/d, trailing first, shape (N,)."""
-        self.contact, self.drift = contact(deviation), self.response * deviation
+    def hold(self, deviation: NDArray) -> NDArray:
+        """Take spheres that are not equal, and return `contact`.
+
+        Args:
+            deviation: (d_i - d)/d, trailing first, shape (N,).
+        """
+        self.contact, self.drift = touching, _ = contact(deviation), self.response * deviation
+        return touching
 
     def state(self, z: NDArray) -> NDArray:
         """State of a train, from its positions in D, trailing first."""
@@ -126,9 +130,10 @@ class Channel:
         """Of neighbours in d, centre to centre, trailing first."""
         return self.contact + np.exp(y[1:])
 
-    def positions(self, y: NDArray) -> NDArray:
-        """Positions of a train in D, trailing first."""
-        return np.concatenate([y[:1], self.confinement * self.distances(y)]).cumsum()
+    def positions(self, y: NDArray, distance: NDArray | None = None) -> NDArray:
+        """Positions of a train in D, trailing first; its distances are computed if not known."""
+        distance = self.distances(y) if distance is None else distance
+        return _one_after_another(y[:1], distance, self.confinement)
 
     def motion(self, y: NDArray, far: NDArray | None = None) -> tuple[NDArray, NDArray]:
         """Velocities of the spheres in Ubar, and dy/dt; `far` as in `Closure.free_velocities`."""
@@ -136,9 +141,7 @@ class Channel:
             return y, y
         gap = np.exp(np.maximum(y[1:], DEEPEST))
         U = chain_motion(self.closure, gap, self.contact, self.drift, far)
-        rate = U.relative / (self.confinement * gap)
-        rate[(y[1:] < DEEPEST) & (rate < 0)] = 0.0
-        return U.velocity, np.concatenate([U.velocity[:1], rate])
+        return U.velocity, _rates(y, gap, U.velocity, U.relative, self.confinement)
 
     def step(self, y: NDArray, longest: float, far: FarField | None = None) -> tuple[Step, NDArray]:
         """One step within the tolerance, and velocities at its start.
@@ -149,10 +152,10 @@ class Channel:
             far: What spheres behind the neighbours add; None: sum it.
         """
         velocity, start = self.motion(y, far.after(0.0) if far else None)
-        change = np.exp(y[1:]) * start[1:]
-        self.fastest = float(np.max(self.confinement * np.abs(change), initial=self.fastest))
-        if far:
-            far.follow(self.distances(y), change)
+        gap = np.exp(y[1:])
+        self.fastest = max(self.fastest, self.confinement * _largest_product(gap, start[1:]))
+        if far and not far.followed:
+            far.follow(self.contact + gap, gap * start[1:])
         while True:
             duration = min(longest, self._trial)
             _, end = self.motion(y + duration * start, far.after(duration) if far else None)
@@ -172,11 +175,65 @@ def logarithm(gap: NDArray) -> NDArray:
     return np.log(np.maximum(gap, ROUND_OFF))
 
 
-def arrival(way: NDArray, speed: NDArray, whole_way: NDArray, duration: float) -> NDArray:
-    """Time to cover `way`, of spheres that start with a speed and cover another way in `duration`.
+@numba.njit(cache=True, error_model="numpy")
+def parabola(y, start, end, duration, tau):
+    """A state, or an item of it, a time `tau` after the beginning of a `Step`."""
+    bend = (end - start) / (2 * duration)
+    return y + tau * (start + tau * bend)
 
-    Their positions are taken as parabolas in time; the time is from 0 to `duration`.
+
+@numba.njit(cache=True, error_model="numpy")
+def arrival(way, speed, whole_way, duration):
+    """Time to cover `way`, of a sphere that starts with a speed and covers a way in `duration`.
+
+    Its positions are taken as a parabola in time; the time is from 0 to `duration`. All of them
+    may be arrays.
     """
     bend = (whole_way / duration - speed) / duration
     tau = 2 * way / (speed + np.sqrt(speed**2 + 4 * bend * way))
     return np.minimum(np.maximum(tau, 0.0), duration)
+
+
+# Compiled, since a train has some hundreds of spheres: as operations on arrays each of these took
+# longer to be called than to be done.
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _rates(y, gap, velocity, relative, confinement):
+    """dy/dt, shape (N,); see `Channel.motion`."""
+    rate = np.empty_like(y)
+    rate[0] = velocity[0]
+    for j in range(gap.size):
+        rate[j + 1] = relative[j] / (confinement * gap[j])
+        if y[j + 1] < DEEPEST and rate[j + 1] < 0:
+            rate[j + 1] = 0.0
+    return rate
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _largest_error(start, end, duration, allowed):
+    """See `Step.error`; relative errors that are allowed have an upper limit."""
+    largest = 0.0
+    for j in range(allowed.size):
+        error = abs(end[j + 1] - start[j + 1]) * (duration / 2)
+        largest = max(largest, error / min(LOGARITHM_TOLERANCE, allowed[j]))
+    return largest
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _largest_product(a, b):
+    """Of the sizes of products of items; 0 of none."""
+    largest = 0.0
+    for x, y in zip(a, b):  # noqa: B905
+        largest = max(largest, abs(x * y))
+    return largest
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _one_after_another(first, distance, confinement):
+    """Positions in D, of no or one sphere at `first` and those ahead of it, distances in d."""
+    z = np.empty(first.size + distance.size)
+    z[: first.size] = first
+    for j in range(distance.size):
+        z[j + 1] = z[j] + confinement * distance[j]
+    return z

@@ -17,6 +17,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +27,7 @@ from viscotrain.table.lubrication import ROUND_OFF
 from viscotrain.trains.closures import Closure
 from viscotrain.trains.far_field import FarField
 from viscotrain.trains.injection import InjectionLaw, initial_positions, injection_law
-from viscotrain.trains.motion import TOLERANCE, Channel, Step, arrival, logarithm
+from viscotrain.trains.motion import TOLERANCE, Channel, Step, arrival, logarithm, parabola
 from viscotrain.trains.sizes import EQUAL, Sizes, contact
 from viscotrain.words import FEWEST_TRAIN_SPHERES
 
@@ -106,7 +107,6 @@ class _Train:
         self.far = FarField(channel.closure, channel.confinement, channel.tolerance, start)
         self.time = 0.0
         self.passed = stations.searchsorted(z, side="right")  # stations behind each sphere
-        self._next = np.append(stations, math.inf)  # the station that comes after so many
         self.last_distance = math.nan  # of the leading sphere to the one that left before it
         self.first_recorded: int | None = None
         self._missing = stations.size * passages
@@ -124,8 +124,7 @@ class _Train:
         )
 
     def _hold(self, deviation: NDArray):
-        self.deviation, self.contact = deviation, contact(deviation)
-        self.channel.hold(deviation)
+        self.deviation, self.contact = deviation, self.channel.hold(deviation)
 
     @property
     def complete(self) -> bool:
@@ -136,18 +135,20 @@ class _Train:
         """Move on by a step, at most until the leading sphere leaves; whether it left."""
         step, velocity = self.channel.step(self.y, longest, self.far)
         tau, y = step.duration, step.state(step.duration)
-        z = self.channel.positions(y)
+        distance = self.channel.distances(y)
+        z = self.channel.positions(y, distance)
         leaves = bool(z.size) and z[-1] >= outlet
         if leaves:
             way = z[-1] - self.z[-1]
             tau = float(arrival(outlet - self.z[-1], velocity[-1], way, step.duration))
             y = step.state(tau)
-            z = self.channel.positions(y)
+            distance = self.channel.distances(y)
+            z = self.channel.positions(y, distance)
             z[-1] = outlet
         self._pass_stations(step, velocity, tau, z)
         self._take_snapshots(step, tau)
-        self.y, self.z, self.time = y, z, self.time + float(tau)
-        self.far.advance(float(tau), self.channel.distances(y))
+        self.y, self.z, self.time = y, z, self.time + tau
+        self.far.advance(tau, distance)
         if leaves:
             self._remove_leading()
         return leaves
@@ -164,10 +165,19 @@ class _Train:
         self.passed = np.concatenate([[0], self.passed])
         self.record.entry_time.append(self.time)
         if self.stations[0] == 0.0:
-            x, touching = self.y[1:2], self.contact[:1]
-            distance = touching + np.exp(x) if x.size else self.last_distance
-            self._write(np.array([0]), np.array([0]), self.time, distance)
             self.passed[0] = 1
+            if self.y.size > 1:
+                self._write_newest(self.contact[0] + math.exp(self.y[1]))
+            else:
+                self._write_newest(self.last_distance)
+
+    def _write_newest(self, distance: float):
+        """Record the sphere that has just entered at the first station."""
+        passage = self._newest_passage
+        if 0 <= passage < self.record.contact.size:
+            self.record.spacing[0, passage] = distance
+            self.record.passage_time[0, passage] = self.time
+            self._missing -= 1
 
     def _remove_leading(self):
         self.last_distance = math.nan
@@ -180,30 +190,22 @@ class _Train:
 
     def _pass_stations(self, step: Step, velocity: NDArray, duration: float, after: NDArray):
         """Record every station passed on the way to positions `after`."""
-        while (i := (after >= self._next[self.passed]).nonzero()[0]).size:
-            station = self.passed[i]
-            way = self.stations[station] - self.z[i]
-            tau = arrival(way, velocity[i], after[i] - self.z[i], duration)
-            leading = i == self.z.size - 1
-            ahead = np.where(
-                leading, 0, i + 1
-            )  # item of the state; any will do for the leading one
-            touching = np.append(self.contact, math.nan)[i]
-            distance = touching + np.exp(step.state(tau, ahead))
-            distance[leading] = self.last_distance
-            self._write(station, i, self.time + tau, distance)
-            self.passed[i] += 1
+        written = _pass_stations(
+            self.passed,
+            self.stations,
+            (self.z, velocity, after, duration),
+            step,
+            (self.contact, self.last_distance),
+            (self._newest_passage, self.record.spacing, self.record.passage_time, self.time),
+        )
+        self._missing -= written
 
-    def _write(self, station: NDArray, spheres: NDArray, time, distance):
+    @property
+    def _newest_passage(self) -> int:
+        """Number among recorded spheres of the one that entered last; negative of none."""
         if self.first_recorded is None:
-            return
-        newest = len(self.record.entry_time) - 1
-        passage = newest - spheres - self.first_recorded
-        kept = (passage >= 0) & (passage < self.record.spacing.shape[1])
-        where = station[kept], passage[kept]
-        self.record.spacing[where] = np.broadcast_to(distance, kept.shape)[kept]
-        self.record.passage_time[where] = np.broadcast_to(time, kept.shape)[kept]
-        self._missing -= int(kept.sum())
+            return -1
+        return len(self.record.entry_time) - 1 - self.first_recorded
 
     def _take_snapshots(self, step: Step, tau: float):
         taken = self.record.snapshots
@@ -347,3 +349,38 @@ def _closed(train: _Train) -> Record:
             f"{record.removed} removed and {record.remaining} remaining ones: spheres were lost"
         )
     return record
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _pass_stations(passed, stations, motion, step, neighbours, record):
+    """Record every station that spheres pass in a step; how many entries of the record are new.
+
+    Args:
+        passed: Stations behind each sphere; changed.
+        stations: In D, ascending.
+        motion: Positions and velocities of spheres at the beginning of the step, positions after a
+            duration, and this.
+        step: The items of the `Step`.
+        neighbours: Distances at which neighbours touch, and the last one of the leading sphere.
+        record: Passage of the trailing sphere, the arrays that are written, the time.
+    """
+    z, velocity, after, duration = motion
+    y, start, end, whole = step
+    contact, last_distance = neighbours
+    trailing, spacing, passage_time, time = record
+    written = 0
+    for i in range(z.size):
+        while passed[i] < stations.size and after[i] >= stations[passed[i]]:
+            station, passage = passed[i], trailing - i
+            passed[i] += 1
+            if passage < 0 or passage >= spacing.shape[1]:
+                continue
+            tau = arrival(stations[station] - z[i], velocity[i], after[i] - z[i], duration)
+            if i < z.size - 1:
+                x = parabola(y[i + 1], start[i + 1], end[i + 1], whole, tau)
+                spacing[station, passage] = contact[i] + math.exp(x)
+            else:
+                spacing[station, passage] = last_distance
+            passage_time[station, passage] = time + tau
+            written += 1
+    return written
