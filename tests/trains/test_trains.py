@@ -145,13 +145,13 @@ def test_short_train_against_another_integrator():
 
 @pytest.mark.parametrize("tau", [0.0, 0.3, 2.0])
 def test_arrival_is_the_inverse_of_uniform_acceleration(tau):
-    speed, acceleration, duration = np.array([1.6, 1.7, 1.7]), np.array([0.0, 0.1, -0.1]), 2.0
+    duration = 2.0
+    for speed, acceleration in ((1.6, 0.0), (1.7, 0.1), (1.7, -0.1)):
 
-    def way(time):
-        return time * (speed + acceleration * time / 2)
+        def way(time, speed=speed, acceleration=acceleration):
+            return time * (speed + acceleration * time / 2)
 
-    found = arrival(way(tau), speed, way(duration), duration)
-    np.testing.assert_allclose(found, tau, rtol=0, atol=1e-14)
+        assert arrival(way(tau), speed, way(duration), duration) == pytest.approx(tau, abs=1e-14)
 
 
 # ------------------------------------------------------------------------------------ injection

@@ -66,18 +66,22 @@ def lubricate(velocity: NDArray, gap: NDArray, smallest_gap: float) -> ChainMoti
 @numba.njit(cache=True, error_model="numpy")
 def _resisted(free, gap, smallest_gap):
     """Velocities and relative velocities of chains, shape (chains, N); see `lubricate`."""
-    velocity, relative = free.copy(), free[:, 1:] - free[:, :-1]
-    force, pivot = np.empty(gap.shape[1]), np.empty(gap.shape[1])
-    for V, width, moved in zip(velocity, gap, relative):  # noqa: B905
+    velocity, relative = np.empty_like(free), np.empty_like(gap)
+    work = np.empty(gap.shape[1]), np.empty(gap.shape[1])
+    for chain in range(free.shape[0]):
+        V, width, moved = velocity[chain], gap[chain], relative[chain]
+        for i in range(V.size):
+            V[i] = free[chain, i]
+        for j in range(width.size):
+            moved[j] = V[j + 1] - V[j]
         felt = _felt(width, smallest_gap)
         begin = 0
-        while begin < width.size:
-            end = begin
-            while end < width.size and felt[end]:
-                end += 1
+        for end in range(width.size + 1):
+            if end < width.size and felt[end]:
+                continue
             if begin < end:
                 part = slice(begin, end)
-                _resist(width[part], V[begin : end + 1], moved[part], smallest_gap, (force, pivot))
+                _resist(width[part], V[begin : end + 1], moved[part], smallest_gap, work)
             begin = end + 1
     return velocity, relative
 
@@ -85,8 +89,11 @@ def _resisted(free, gap, smallest_gap):
 @numba.njit(cache=True, error_model="numpy")
 def _felt(width, smallest_gap):
     """Which gaps feel a close one, whose force those between pass on; see `lubricate`."""
-    felt = width < smallest_gap
-    for close in felt.nonzero()[0]:
+    felt = np.zeros(width.size, np.bool_)
+    for close in range(width.size):
+        if width[close] >= smallest_gap:
+            continue
+        felt[close] = True
         for step in (1, -1):
             j, force = close + step, 1.0
             while 0 <= j < width.size and width[j] >= smallest_gap:

@@ -21,6 +21,7 @@ at the beginning and its positions at both ends.
 Units: positions and times in D and D/Ubar, distances and snapshots in d, velocities in Ubar.
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -78,7 +79,7 @@ class Step(NamedTuple):
 
     def state(self, tau: float) -> NDArray:
         """The state a time `tau` after the beginning."""
-        return parabola(self.y, self.start, self.end, self.duration, tau)
+        return _parabolas(self.y, self.start, self.end, self.duration, tau)
 
     def error(self, tolerance: float) -> float:
         """Largest error of Euler's gaps over what is allowed: above 1 the step is too long."""
@@ -175,9 +176,13 @@ def logarithm(gap: NDArray) -> NDArray:
     return np.log(np.maximum(gap, ROUND_OFF))
 
 
+# Compiled, since a train has some hundreds of spheres: operations on arrays of that size take longer
+# to be called than to be done. Loops are compiled more quickly than operations on arrays.
+
+
 @numba.njit(cache=True, error_model="numpy")
 def parabola(y, start, end, duration, tau):
-    """A state, or an item of it, a time `tau` after the beginning of a `Step`."""
+    """An item of the state a time `tau` after the beginning of a `Step`."""
     bend = (end - start) / (2 * duration)
     return y + tau * (start + tau * bend)
 
@@ -186,16 +191,20 @@ def parabola(y, start, end, duration, tau):
 def arrival(way, speed, whole_way, duration):
     """Time to cover `way`, of a sphere that starts with a speed and covers a way in `duration`.
 
-    Its positions are taken as a parabola in time; the time is from 0 to `duration`. All of them
-    may be arrays.
+    Its positions are taken as a parabola in time; the time is from 0 to `duration`.
     """
     bend = (whole_way / duration - speed) / duration
-    tau = 2 * way / (speed + np.sqrt(speed**2 + 4 * bend * way))
-    return np.minimum(np.maximum(tau, 0.0), duration)
+    tau = 2 * way / (speed + math.sqrt(speed**2 + 4 * bend * way))
+    return min(max(tau, 0.0), duration)
 
 
-# Compiled, since a train has some hundreds of spheres: as operations on arrays each of these took
-# longer to be called than to be done.
+@numba.njit(cache=True, error_model="numpy")
+def _parabolas(y, start, end, duration, tau):
+    """The state, shape (N,), a time `tau` after the beginning of a `Step`."""
+    later = np.empty_like(y)
+    for i in range(y.size):
+        later[i] = parabola(y[i], start[i], end[i], duration, tau)
+    return later
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -224,8 +233,8 @@ def _largest_error(start, end, duration, allowed):
 def _largest_product(a, b):
     """Of the sizes of products of items; 0 of none."""
     largest = 0.0
-    for x, y in zip(a, b):  # noqa: B905
-        largest = max(largest, abs(x * y))
+    for i in range(a.size):
+        largest = max(largest, abs(a[i] * b[i]))
     return largest
 
 
@@ -233,7 +242,6 @@ def _largest_product(a, b):
 def _one_after_another(first, distance, confinement):
     """Positions in D, of no or one sphere at `first` and those ahead of it, distances in d."""
     z = np.empty(first.size + distance.size)
-    z[: first.size] = first
-    for j in range(distance.size):
-        z[j + 1] = z[j] + confinement * distance[j]
+    for i in range(z.size):
+        z[i] = first[0] if i == 0 else z[i - 1] + confinement * distance[i - 1]
     return z
