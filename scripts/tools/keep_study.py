@@ -62,7 +62,7 @@ def draw_film(results: Path, folder: Path):
     data = movies.labelled(film, units)
     first, *_, last = movies.moving_frames(data, width=WIDTH, frame_rate=FRAME_RATE)
     both = Image.fromarray(np.concatenate([first, last]))
-    both.quantize(64).save(folder / f"moving_{FILM}.png", optimize=True)
+    both.convert("RGB").quantize(64).save(folder / f"moving_{FILM}.png", optimize=True)
 
 
 if __name__ == "__main__":

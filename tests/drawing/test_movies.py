@@ -91,7 +91,7 @@ class View:
 def filmed(film, count=FRAMES):
     """Frames of a film, and its windows in them."""
     figure, moving, update = film
-    pictures = list(windows.frames(figure, WIDTH, count, moving, update))
+    pictures = [frame[..., :3] for frame in windows.frames(figure, WIDTH, count, moving, update)]
     return pictures, [View(axes) for axes in figure.axes if axes.get_aspect() == 1]
 
 
@@ -267,8 +267,9 @@ def painted(width, start, z, diameter):
     seen = np.array([*z, np.nan]), np.array([*diameter, np.nan])
     look = figure, width, 1, [spheres]
     (frame,) = windows.frames(*look, lambda n: windows.place(spheres, *seen, BETA))
-    assert frame.shape == (100, width, 3)
-    return frame
+    assert frame.shape == (100, width, 4)
+    assert (frame[..., 3] == 255).all()
+    return frame[..., :3]
 
 
 def test_a_sphere_has_its_diameter_and_colours_tell_who_touches():

@@ -19,7 +19,7 @@ def job(tmp_path, monkeypatch):
         Path(folder).mkdir(parents=True)
     return SimpleNamespace(
         input={},
-        params={},
+        params={"study": "tiny", "settings": "of all"},
         output={
             "result": [f"dns/{name}.nc" for name in NAMES],
             "timing": [f"dns/timing/{name}.csv" for name in NAMES],
@@ -36,7 +36,7 @@ def solve(part):
 
 
 def run(job, one=solve):
-    several.run(job, one, lambda path: path.read_text().endswith("now"))
+    several.run(job, one, lambda part, path: path.read_text().endswith("now"))
 
 
 def clear_logs():
@@ -54,6 +54,28 @@ def test_every_geometry_has_its_distances_outputs_and_log(job):
     assert not there("**/*.kept")
     assert Path("dns/sp1.02_sf1.5.nc").read_text() == "{'sp': '1.02', 'sf': '1.5'} now"
     assert [Path(f"logs/{name}.log").read_text() for name in NAMES] == 3 * ["solving\n"]
+
+
+def test_settings_are_those_of_all_or_one_for_each(job):
+    def shown(part):
+        print(part.params)
+        solve(part)
+
+    asked = []
+    run(job, shown)
+    assert Path(f"logs/{NAMES[2]}.log").read_text() == f"{job.params}\nsolving\n"
+    spheres = ["spinf_sfinf_d0.9", "spinf_sfinf_d1.1"]
+    job.output = {"result": [f"dns/{name}.nc" for name in spheres]}
+    job.params["settings"] = ["smaller", "larger"]
+
+    def alone(part):
+        Path(part.output["result"]).write_text(f"{part.wildcards} {part.params['settings']}")
+
+    several.run(job, alone, lambda part, path: asked.append(part.params["settings"]))
+    made = [Path(path).read_text() for path in job.output["result"]]
+    assert made == [f"{{'sp': 'inf', 'sf': 'inf'}} {each}" for each in ("smaller", "larger")]
+    several.run(job, alone, lambda part, path: asked.append(part.params["settings"]) or True)
+    assert asked == ["smaller", "larger"]
 
 
 @pytest.mark.parametrize("way", ["raises", "dies"])

@@ -72,7 +72,6 @@ wildcard_constraints:
     sp=r"[0-9.e+-]+|inf",
     sf=r"[0-9.e+-]+|inf",
     deborah=r"[0-9.e+-]+",
-    diameter_ratio=r"[0-9.e+-]+",
     volume_fraction=r"(_feed)?[0-9.e+-]+",
     kind="mesh|order|box|time_step",
     gap=r"[0-9.e+-]+",
@@ -89,9 +88,8 @@ if STUDY.dns.method == "transient":
 else:
     SIMULATIONS = [("dns", geometry_name(*geometry)) for geometry in simulated(STUDY)]
 
-SINGLE_SPHERES = [
-    ("dns", sphere_name(ratio)) for ratio in diameter_ratios(STUDY) if not GIVEN_TABLE
-]
+RATIOS = [] if GIVEN_TABLE else diameter_ratios(STUDY)
+SINGLE_SPHERES = [("dns", sphere_name(ratio)) for ratio in RATIOS]
 DNS_JOBS = grouping.jobs(STUDY, JOB_MINUTES)
 
 TRAINS = [
@@ -217,9 +215,6 @@ def instances(rule, pattern):
     if TRAIN in pattern:
         trains = MOVIES if rule.endswith(("film", "movies")) else TRAINS
         return [pattern.replace(TRAIN, train) for train in trains]
-    if "{diameter_ratio}" in pattern:
-        sphere = "sp{sp}_sf{sf}_d{diameter_ratio}"
-        return [pattern.replace(sphere, name) for _, name in SINGLE_SPHERES]
     if "{sp}" in pattern:
         point = "sp{sp}_sf{sf}_De{deborah}"
         return [pattern.replace(point, name) for _, name in SIMULATIONS]
@@ -236,10 +231,6 @@ def given(script, settings=None):
     """Parameters of all rules with scripts: what numbers follow from, besides the input."""
     own = {} if settings is None else {"settings": settings.stated()}
     return {"study": NAME, "code": digest(script), **own}
-
-
-def single_sphere_settings(wildcards):
-    return stages.single_sphere(STUDY, float(wildcards.diameter_ratio)).stated()
 
 
 def transient_settings(wildcards):

@@ -25,8 +25,9 @@ for DNS_NUMBER, DNS_GEOMETRIES in enumerate(DNS_JOBS, 1):
             timing=[kept(f"{RESULTS}/dns/timing/{name}.csv") for name in DNS_NAMES],
         log:
             f"{LOGS}/dns/job_{DNS_NUMBER}.log",
-        # Where the single sphere cannot be solved nothing can, and every table needs it.
-        priority: int((math.inf, math.inf) in DNS_GEOMETRIES)
+        # The table needs all of them, and most else the table; where the single sphere cannot be
+        # solved nothing can.
+        priority: 4 if (math.inf, math.inf) in DNS_GEOMETRIES else 3
         retries: 1  # a process that died, for want of memory perhaps: with twice as much
         conda:
             ENVIRONMENT
@@ -42,26 +43,33 @@ for DNS_NUMBER, DNS_GEOMETRIES in enumerate(DNS_JOBS, 1):
 
 
 # How velocities follow the diameter, for spheres that are not equal.
-rule other_diameter:
-    input:
-        **FITTED_FLUID,
-    output:
-        result=f"{RESULTS}/dns/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.nc",
-        timing=f"{RESULTS}/dns/timing/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.csv",
-    log:
-        f"{LOGS}/dns/sp{{sp}}_sf{{sf}}_d{{diameter_ratio}}.log",
-    conda:
-        ENVIRONMENT
-    threads: 1
-    resources:
-        **solving("dns"),
-    params:
-        **given("dns"),
-        settings=single_sphere_settings,
-    message:
-        "Simulating a single sphere of {wildcards.diameter_ratio} times the diameter"
-    script:
-        "../../scripts/dns.py"
+if SINGLE_SPHERES:
+
+    rule other_diameter:
+        input:
+            **FITTED_FLUID,
+        output:
+            result=[kept(f"{RESULTS}/dns/{name}.nc") for _, name in SINGLE_SPHERES],
+            timing=[
+                kept(f"{RESULTS}/dns/timing/{name}.csv") for _, name in SINGLE_SPHERES
+            ],
+        log:
+            f"{LOGS}/dns/other_diameter.log",
+        priority: 3
+        retries: 1
+        conda:
+            ENVIRONMENT
+        threads: 1
+        resources:
+            **solving("dns", len(SINGLE_SPHERES)),
+        params:
+            **given("dns"),
+            settings=[stages.single_sphere(STUDY, ratio).stated() for ratio in RATIOS],
+        message:
+            f"Simulating single spheres of {', '.join(f'{ratio:g}' for ratio in RATIOS)} "
+            "times the diameter"
+        script:
+            "../../scripts/dns.py"
 
 
 if STUDY.field_point():

@@ -49,6 +49,6 @@ def parse_distance(name: str) -> float:
 
 
 def parse_geometry(name: str) -> tuple[str, str]:
-    """Names of the distances sp and sf in the name of a geometry."""
+    """Names of the distances sp and sf in the name of a geometry, or of a single sphere."""
     sp, sf = name.removeprefix("sp").split("_sf")
-    return sp, sf
+    return sp, sf.partition("_d")[0]

@@ -26,7 +26,13 @@ def ffmpeg() -> str | None:
 
 
 def write(frames: Iterable[NDArray], stem: Path, *, frame_rate: float) -> Path:
-    """Write a movie as `stem`.mp4, or as `stem`.gif where there is no ffmpeg; its path."""
+    """Write a movie as `stem`.mp4, or as `stem`.gif where there is no ffmpeg; its path.
+
+    Args:
+        frames: Of bytes, shape (height, width, 4): RGBA.
+        stem: Path without an ending.
+        frame_rate: Frames per second.
+    """
     own, ending = (_write_mp4, "mp4") if ffmpeg() else (_write_gif, "gif")
     path = stem.with_name(f"{stem.name}.{ending}")
     with files.whole(path) as part:
@@ -41,7 +47,7 @@ def _write_mp4(frames: Iterable[NDArray], path: Path, frame_rate: float):
     film_strip = imageio_ffmpeg.write_frames(
         str(path),
         (width, height),
-        pix_fmt_in="rgb24",
+        pix_fmt_in="rgba",
         pix_fmt_out="yuv420p",
         fps=frame_rate,
         codec="libx264",
@@ -57,7 +63,8 @@ def _write_mp4(frames: Iterable[NDArray], path: Path, frame_rate: float):
 
 def _write_gif(frames: Iterable[NDArray], path: Path, frame_rate: float):
     images = (
-        Image.fromarray(frame).quantize(GIF_COLOURS, dither=Image.Dither.NONE) for frame in frames
+        Image.fromarray(frame).convert("RGB").quantize(GIF_COLOURS, dither=Image.Dither.NONE)
+        for frame in frames
     )
     next(images).save(
         path,

@@ -268,7 +268,7 @@ def make(
 def station_frames(
     data: xr.Dataset, station: int, *, width: int, frame_rate: float
 ) -> Iterator[NDArray]:
-    """Frames of the camera at a station (its number), shape (height, width, 3), of bytes."""
+    """Frames of the camera at a station (its number), as `windows.frames` has them."""
     figure, moving, update = station_film(data, station, frame_rate)
     return frames(figure, width, data.sizes["frame"], moving, update)
 

@@ -142,7 +142,7 @@ def draw_legend(figure: Figure, touching: bool, **others: Line2D):
 def frames(
     figure: Figure, width: int, count: int, moving: Sequence[Artist], update: Callable[[int], None]
 ) -> Iterator[NDArray]:
-    """Pictures of a figure as arrays of bytes, shape (height, width, 3).
+    """Pictures of a figure as arrays of bytes, shape (height, width, 4): opaque RGBA.
 
     Args:
         figure: As `figure_of_windows` makes it.
@@ -169,4 +169,4 @@ def frames(
         agg.restore_region(still)
         for artist in moving:
             figure.draw_artist(artist)
-        yield np.array(agg.buffer_rgba())[..., :3]
+        yield np.array(agg.buffer_rgba())

@@ -245,7 +245,7 @@ def run(
         one = partial(_as_job, work, arguments, settings)
         with reporting(snakemake.log[0]):
             if any(argument.is_missing_wildcard(snakemake) for argument in arguments):
-                several.run(snakemake, one, partial(_current, settings, snakemake))
+                several.run(snakemake, one, partial(_current, settings))
             else:
                 one(snakemake)
     elif script["__name__"] == "__main__":
@@ -264,8 +264,8 @@ def _call(main: Callable, solves: bool, job: Job, values: Mapping[str, Any]):
 def _as_job(work: Callable, arguments: Sequence[Argument], settings, snakemake):
     job = Job(
         settings=_given(settings, snakemake),
-        study=snakemake.params.study,
-        code=snakemake.params.code,
+        study=snakemake.params["study"],
+        code=snakemake.params["code"],
         by_hand=False,
     )
     work(job, {argument.name: argument.of_job(snakemake) for argument in arguments})
@@ -276,7 +276,7 @@ def _given(settings, snakemake) -> Any:
     if settings is None:
         return None
     kind = inspect.signature(settings).return_annotation
-    given = kind.model_validate(snakemake.params.settings)
+    given = kind.model_validate(snakemake.params["settings"])
     if fluid := snakemake.input.get("fluid"):
         written = FluidConfig.model_validate(read_yaml(fluid)[0]["fluid"])
         given = given.with_fluid(written.physical())
@@ -285,7 +285,7 @@ def _given(settings, snakemake) -> Any:
 
 def _current(settings, snakemake, path: Path) -> bool:
     """Whether a file was made with the settings and the code of a job."""
-    return provenance.made_with(path, _given(settings, snakemake), snakemake.params.code)
+    return provenance.made_with(path, _given(settings, snakemake), snakemake.params["code"])
 
 
 def _from_command_line(

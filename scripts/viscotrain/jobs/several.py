@@ -27,11 +27,13 @@ class Part:
 
     Attributes:
         name: Of the geometry.
+        settings: As the rule states them.
         log: File for what is printed.
         outputs: Files and folders by their key; `result` is the last one to be moved.
     """
 
     name: str
+    settings: Any
     log: Path
     outputs: dict[str, Path]
 
@@ -53,13 +55,17 @@ class Part:
         return SimpleNamespace(
             wildcards={"sp": sp, "sf": sf},
             input=snakemake.input,
-            params=snakemake.params,
+            params=dict(snakemake.params.items()) | {"settings": self.settings},
             output={key: str(path) for key, path in self.waiting.items()},
         )
 
 
 def parts_of(snakemake) -> Iterator[Part]:
-    """The geometries of a job, by its lists of outputs; their logs are beside that of the job."""
+    """The geometries of a job, by its lists of outputs; their logs are beside that of the job.
+
+    Its settings are those of all of them, or a list, one for each.
+    """
+    settings = snakemake.params.get("settings")
     lists = {
         key: _items(snakemake.output.get(key))
         for key in ("fields", "timing", "result")
@@ -67,7 +73,9 @@ def parts_of(snakemake) -> Iterator[Part]:
     }
     for index, result in enumerate(map(Path, lists["result"])):
         log = Path(snakemake.log[0]).with_name(f"{result.stem}.log")
-        yield Part(result.stem, log, {key: Path(paths[index]) for key, paths in lists.items()})
+        own = settings[index] if isinstance(settings, list) else settings
+        outputs = {key: Path(paths[index]) for key, paths in lists.items()}
+        yield Part(result.stem, own, log, outputs)
 
 
 def _items(value: str | list[str]) -> list[str]:
@@ -75,21 +83,22 @@ def _items(value: str | list[str]) -> list[str]:
     return [value] if isinstance(value, str) else list(value)
 
 
-def run(snakemake, one: Callable[[Any], None], current: Callable[[Path], bool]):
+def run(snakemake, one: Callable[[Any], None], current: Callable[[Any, Path], bool]):
     """Solve what is not there.
 
     Args:
         snakemake: The job.
         one: Solves one geometry, of a job as Snakemake gives it.
-        current: Whether a file is there and made with the present settings and code.
+        current: Whether a file was made with the present settings and code, of such a job.
     """
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # ends the process of a geometry, too
 
-    def there(outputs: dict[str, Path]) -> bool:
-        return all(path.exists() for path in outputs.values()) and current(outputs["result"])
+    def there(part: Part, outputs: dict[str, Path]) -> bool:
+        made = all(path.exists() for path in outputs.values())
+        return made and current(part.as_job(snakemake), outputs["result"])
 
-    new = [part for part in parts_of(snakemake) if not there(part.outputs)]
-    solved = [there(part.waiting) or _alone(part, snakemake, one) for part in new]
+    new = [part for part in parts_of(snakemake) if not there(part, part.outputs)]
+    solved = [there(part, part.waiting) or _alone(part, snakemake, one) for part in new]
     if not all(solved):
         sys.exit(1)
     for part in new:

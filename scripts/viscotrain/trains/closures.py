@@ -65,6 +65,7 @@ NEGLIGIBLE_TERM = 1e-8  # Ubar
 FARTHEST = 100.0  # d: velocities fall by e in 2 to 3 d at d/D = 0.2; a tail in 1/s is the table's
 SEARCH = 1.01  # ratio of successive distances
 NONE = np.array([np.inf])  # the distance to a neighbour that is not there
+FUSED = {"contract"}  # products may be added before they are rounded, which takes less time
 CELLS = 256  # of the splines, on each axis: errors below 1e-9 Ubar with nodes from 1.05 d on
 
 
@@ -272,25 +273,30 @@ def _coefficients(values: NDArray) -> NDArray:
     return np.ascontiguousarray(np.linalg.solve(matrix, rows.T).T)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy", fastmath=FUSED)
 def _add_increments(U, distance, reach, cells_times_distance, trailing, leading):
     """Add to U, shape (N,), what spheres behind the neighbours do; see `EverySphere`."""
     cells, last = trailing.shape[0] - 3, distance.size
-    outer = [_cell(cells_times_distance / s, cells) for s in distance]
+    outer, across = np.empty(last, np.int64), np.empty((last, 4))
+    for n in range(last):
+        outer[n], basis = _cell(cells_times_distance / distance[n], cells)
+        for m in range(4):
+            across[n, m] = basis[m]
     for p in range(last):
-        a = 0.0
+        a, added = 0.0, 0.0
         for q in range(p + 1, last + 1):  # p and q feel the spheres behind each other
             a += distance[q - 1]
             if a >= reach:
                 break
-            inner = _cell(cells_times_distance / a, cells)
+            inner, along = _cell(cells_times_distance / a, cells)
             if q < last:
-                U[p] += _spline(trailing, inner, outer[q])
+                added += _spline(trailing, inner, along, outer[q], across[q])
             if p > 0:
-                U[q] += _spline(leading, inner, outer[p - 1])
+                U[q] += _spline(leading, inner, along, outer[p - 1], across[p - 1])
+        U[p] += added
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy", fastmath=FUSED)
 def _cell(x, cells):
     """Cell that holds x, in widths of cells, and the four B-splines that are not 0 at x."""
     cell = int(min(x, cells - 1.0))
@@ -300,14 +306,14 @@ def _cell(x, cells):
     return cell, basis
 
 
-@numba.njit(cache=True)
-def _spline(coefficients, inner, outer):
-    """Value of a bicubic spline at a place on each axis, as `_cell` describes it."""
-    (i, along), (j, across) = inner, outer
+@numba.njit(cache=True, error_model="numpy", fastmath=FUSED)
+def _spline(coefficients, i, along, j, across):
+    """Value of a bicubic spline in a cell, (i, j), by the B-splines of `_cell` on each axis."""
+    (a0, a1, a2, a3), c = along, coefficients
     value = 0.0
-    for k in range(4):
-        row = 0.0
-        for m in range(4):
-            row += coefficients[i + k, j + m] * across[m]
-        value += row * along[k]
+    for m in range(4):
+        column = j + m
+        row = a0 * c[i, column] + a1 * c[i + 1, column]
+        row += a2 * c[i + 2, column] + a3 * c[i + 3, column]
+        value += row * across[m]
     return value

@@ -176,8 +176,8 @@ def logarithm(gap: NDArray) -> NDArray:
     return np.log(np.maximum(gap, ROUND_OFF))
 
 
-# Compiled, since a train has some hundreds of spheres: operations on arrays of that size take longer
-# to be called than to be done. Loops are compiled more quickly than operations on arrays.
+# Compiled, since a train has some hundreds of spheres: operations on arrays of that size take
+# longer to be called than to be done. Loops are compiled more quickly than operations on arrays.
 
 
 @numba.njit(cache=True, error_model="numpy")
