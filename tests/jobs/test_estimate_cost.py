@@ -403,7 +403,7 @@ def test_a_design_costs_by_its_spacings_repeats_and_rate():
 def test_diameters_are_counted_as_the_stage_varies_them():
     assert resources.VARIATIONS == diameter_variation.VARIATIONS
     seconds = resources.variation_seconds(harness.study("config"))
-    assert 6.4 / 2 < seconds < 2 * 6.4  # as measured in the demo
+    assert 3.2 / 2 < seconds < 2 * 3.2  # as measured in the demo
     even = harness.study("config", trains={"injection": "even"})
     assert resources.variation_seconds(even) == pytest.approx(seconds / 2)
     varying = harness.study("config", particle={"diameter_variation": 0.03})

@@ -272,6 +272,20 @@ def test_spheres_in_contact_move_together_and_far_ones_as_before():
     np.testing.assert_allclose(V.velocity, [3, 3, 3, 5, 0], rtol=0, atol=10 * ROUNDING)
 
 
+def test_a_long_chain_is_solved_wherever_a_close_gap_is_felt():
+    """Against the full matrix: gaps from 0.1 d on, some of them close, at the ends and between."""
+    rng = np.random.default_rng(1)
+    gap = 0.1 + rng.exponential(1.0, 200)
+    gap[[0, 40, 41, 52, 90, 120, 199]] = 0.001, 0.004, 0.002, 0.003, 0.001, 0.004, 0.002
+    V0 = 1 + 0.01 * rng.standard_normal(gap.size + 1)
+    found = lubricate(V0, gap, S_MIN - 1)
+    driven = resistances(np.maximum(gap, S_MIN - 1)) @ V0
+    expected = np.linalg.solve(resistances(gap), driven)
+    np.testing.assert_allclose(found.velocity, expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(found.relative, np.diff(expected), rtol=0, atol=1e-14)
+    assert 50 < (found.velocity != V0).sum() < 150  # those in between feel nothing
+
+
 KEPT = pd.read_csv(ROOT / "tests" / "verification" / "lubrication.csv")  # by `scripts/dns.py`
 NODE = 1.02  # smallest node of the studies
 ABOUT = 0.1  # of relative velocities; or the simulations' own error, which is estimated
