@@ -99,7 +99,7 @@ LONG = {
         "core_hours",
     ),
     "map": (
-        {"design_map__repeats": 200_000, "design_map__passages": 2000},
+        {"design_map__repeats": 100_000, "design_map__passages": 4000},
         "design_map",
         "core_hours",
     ),
