@@ -344,7 +344,7 @@ def _flows(
     jobs = [seconds for seconds in jobs if seconds]
     if jobs and study.table.file is None:  # single spheres of other diameters
         sphere = flow_seconds(study, (math.inf, math.inf), study.deborah.values, model, own)
-        jobs += [sphere] * len(diameter_ratios(study))
+        jobs.append(sphere * len(diameter_ratios(study)))
     if jobs and study.field_point():
         jobs.append(float(np.mean(list(left.values()))))
     largest = study.deborah_longest_mode(max(study.deborah.values))
