@@ -24,7 +24,6 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.stats import ks_2samp
 
 from viscotrain.trains import distribution
 from viscotrain.trains.distribution import BIN_WIDTH
@@ -121,6 +120,8 @@ def _of_station(measured: NDArray, simulated: NDArray) -> dict:
     """The variables of `WORDS` at one station."""
     if not measured.size or not simulated.size:
         return dict.fromkeys(WORDS, math.nan) | {"measured_count": measured.size}
+    from scipy.stats import ks_2samp  # takes long to import, for figures that measure nothing
+
     # beyond, by the distribution for one sample of the size m n/(m + n), which is close to m
     method = "exact" if measured.size * simulated.size <= EXACT else "asymp"
     test = ks_2samp(measured, simulated, method=method)

@@ -120,7 +120,8 @@ class Channel:
         Args:
             deviation: (d_i - d)/d, trailing first, shape (N,).
         """
-        self.contact, self.drift = touching, _ = contact(deviation), self.response * deviation
+        self.contact = touching = contact(deviation)
+        self.drift = self.response * deviation
         return touching
 
     def state(self, z: NDArray) -> NDArray:
