@@ -153,6 +153,18 @@ def test_closure_takes_one_particle_per_triplet():
     np.testing.assert_array_equal(mixed, velocities(s, s[::-1])[[0, 1, 2], [0, 1, 2]])
 
 
+@pytest.mark.parametrize("sf", [[1.1, 1.5, 4.0, INF], [1.1, 2.0, 6.0, INF]])
+def test_successive_triplets_are_as_each_alone(sf):
+    """One's distance ahead is the next one's behind, which is looked up once if nodes are alike."""
+    velocities = triplet([1.1, 1.5, 4.0, INF], sf)
+    s = np.array([INF, 1.3, 1.3, 5.0, 1.02, 2.5, 9.0, INF])
+    for particle in (TRAILING, MIDDLE, LEADING):
+        together = velocities.closure(s[:-1], s[1:], particle)
+        pairs = np.stack([s[:-1], s[1:]], axis=-1)[..., None]
+        alone = [velocities.closure(*pair, particle)[0] for pair in pairs]
+        np.testing.assert_array_equal(together, alone)
+
+
 def test_distances_are_told_apart():
     """The law is not symmetric: exchanging sp and sf must change the result."""
     velocities = triplet(PAPER_NODES, PAPER_NODES)

@@ -110,6 +110,7 @@ class TripletVelocities:
         self._x_p = np.union1d(alone.x, _knots(sp[:-1], alone.decay))
         self._x_f = np.union1d(alone.x, _knots(sf[:-1], alone.decay))
         self._cells = _polynomials(self._x_p, self._x_f, alone, (sp[:-1], sf[:-1], third))
+        self._alike = np.array_equal(self._x_p, self._x_f)
         self._x_far, self._far = alone.x, alone.outer_cells()
 
     def __call__(self, sp: ArrayLike, sf: ArrayLike) -> NDArray:
@@ -139,18 +140,19 @@ class TripletVelocities:
             particle: `TRAILING`, `MIDDLE` or `LEADING`, one for all or of this shape.
         """
         which = np.asarray(particle)
-        splines = self._x_p, self._x_f, self._cells, self._x_far, self._far
+        splines = self._alike, self._x_p, self._x_f, self._cells, self._x_far, self._far
         U = _velocities(sp.ravel(), sf.ravel(), which.ravel(), self.smallest_distance, *splines)
         return U.reshape(sp.shape)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _velocities(sp, sf, particle, smallest, x_p, x_f, cells, x_far, far):
+def _velocities(sp, sf, particle, smallest, alike, x_p, x_f, cells, x_far, far):
     """U of one sphere of each triplet, shape (n,); see `TripletVelocities.closure`."""
-    U = np.empty(sp.size)
+    U, s_f, j, y = np.empty(sp.size), 0.0, 0, 0.0
     for n in range(sp.size):
-        s_p, s_f = max(sp[n], smallest), max(sf[n], smallest)
-        i, x = _local(x_p, 1.0 / s_p)
+        s_p = max(sp[n], smallest)  # in a train what was ahead of the last sphere
+        i, x = (j, y) if alike and s_p == s_f else _local(x_p, 1.0 / s_p)
+        s_f = max(sf[n], smallest)
         j, y = _local(x_f, 1.0 / s_f)
         k = particle[min(n, particle.size - 1)]
         value = 0.0
