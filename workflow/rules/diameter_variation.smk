@@ -16,6 +16,7 @@ rule diameter_variation:
         data=multiext(f"{FIGURES}/diameter_variation", ".pdf", ".nc"),
     log:
         f"{LOGS}/diameter_variation.log",
+    priority: 1  # short jobs last: they keep all cores busy to the end
     conda:
         ENVIRONMENT
     resources:

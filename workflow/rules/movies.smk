@@ -10,6 +10,7 @@ rule film:
         result=f"{RESULTS}/movies/De{{deborah}}_phi{{volume_fraction}}.nc",
     log:
         f"{LOGS}/movies/film_De{{deborah}}_phi{{volume_fraction}}.log",
+    priority: 1  # movies take long, and short jobs last keep all cores busy to the end
     conda:
         ENVIRONMENT
     resources:
@@ -55,6 +56,7 @@ rule movies:
         ),
     log:
         f"{LOGS}/movies/De{{deborah}}_phi{{volume_fraction}}.log",
+    priority: 1
     conda:
         ENVIRONMENT
     resources:
