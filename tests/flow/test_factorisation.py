@@ -43,9 +43,11 @@ def test_singular_matrix(form):
 
 
 def test_newton_reports_a_singular_matrix():
-    space = ngsolve.L2(ngsolve.Mesh(unit_square.GenerateMesh(maxh=2.0)), order=0)
-    u, v = space.TnT()
+    numbers = ngsolve.L2(ngsolve.Mesh(unit_square.GenerateMesh(maxh=2.0)), order=0)
+    space = numbers * numbers
+    (u, w), (v, q) = space.TnT()
     form = ngsolve.BilinearForm(space)
+    form += w * q * ngsolve.dx
     form += u**2 * v * ngsolve.dx + v * ngsolve.dx
     state = ngsolve.GridFunction(space)
     iteration = newton.ModifiedNewton(form, space.FreeDofs())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from viscotrain.flow.dissection import Dissection
-from viscotrain.flow.fronts import FrontalFactors, SingularError
+from viscotrain.flow.fronts import SMALL, FrontalFactors, SingularError, _inverses
 
 SIDE = 9  # elements
 
@@ -88,3 +88,80 @@ def test_pressure_without_a_velocity_to_go_with_it():
     found = FrontalFactors(Dissection(unknowns, free, centres), [(slice(0, count), matrices)])
     expected = np.linalg.solve(whole(unknowns, matrices, count + 1), right)
     assert np.abs(found.solve(right) - expected).max() < 1e-11 * np.abs(expected).max()
+
+
+# ------------------------------------------------------------------------------ inverses by halves
+
+SIZES = [1, 2, SMALL - 1, SMALL, SMALL + 1, 2 * SMALL - 1, 2 * SMALL + 1, 4 * SMALL + 3]
+
+
+def unsymmetric(size, count=5):
+    """Matrices whose leading blocks are as well conditioned as they are."""
+    noise = np.random.default_rng(size).standard_normal((count, size, size))
+    return noise / np.sqrt(size) + 3 * np.eye(size)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(("precision", "error"), [(np.float32, 1e-6), (np.float64, 1e-14)])
+def test_inverses_of_many_matrices(size, precision, error):
+    """Round-off: 6e-8 and 1e-16, times some halvings and a condition of about ten."""
+    matrices = unsymmetric(size).astype(precision)
+    before = matrices.copy()
+    found = _inverses(matrices)
+    expected = np.linalg.inv(matrices.astype(float))
+    assert found.dtype == precision and found.shape == matrices.shape
+    assert np.array_equal(matrices, before)
+    assert np.abs(found - expected).max() < error
+
+
+def inside_of_elements(matrices):
+    """Elements in a row, each with an unknown that it shares with all, and all others inside."""
+    count, size, _ = matrices.shape
+    inside = 1 + np.arange(count * (size - 1)).reshape(count, size - 1)
+    unknowns = np.concatenate([np.zeros((count, 1), int), inside], axis=1)
+    centres = np.stack([np.arange(count), np.zeros(count)], axis=1).astype(float)
+    free = np.ones(unknowns.max() + 1, bool)
+    return unknowns, Dissection(unknowns, free, centres), [(slice(0, count), matrices)]
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_solution_with_many_unknowns_inside(transposed):
+    matrices = unsymmetric(2 * SMALL + 4)
+    unknowns, *given = inside_of_elements(matrices)
+    total = whole(unknowns, matrices, unknowns.max() + 1)
+    right = np.random.default_rng(4).standard_normal(len(total))
+    found = FrontalFactors(*given).solve(right, transposed=transposed)
+    expected = np.linalg.solve(total.T if transposed else total, right)
+    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+def test_a_leading_half_without_an_inverse_is_no_factor(precision):
+    """The matrix has an inverse, which halves cannot find: no wrong one is given."""
+    matrices = unsymmetric(2 * SMALL + 1).astype(precision)
+    matrices[1, 1 : SMALL + 1, 1 : SMALL + 1] = 0.0
+    assert np.linalg.cond(matrices[1].astype(float)) < 1e5
+    with pytest.raises(SingularError):
+        FrontalFactors(*inside_of_elements(matrices)[1:], precision)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+@pytest.mark.parametrize("where", [0, 3, SMALL + 5, 2 * SMALL])
+def test_what_is_not_finite_is_not_hidden(precision, where):
+    """Neither in the inverse nor in a solution, by which an iteration stops."""
+    matrices = unsymmetric(2 * SMALL + 1).astype(precision)
+    matrices[1, where, where] = np.nan
+    given = inside_of_elements(matrices)[1:]
+    assert not np.isfinite(_inverses(matrices)[1]).any()
+    assert np.isfinite(_inverses(matrices)[[0, 2]]).all()
+    assert is_noticed(given, precision)
+
+
+def is_noticed(given, precision):
+    """Whether there are no factors, or none that solve anything."""
+    try:
+        factors = FrontalFactors(*given, precision)
+    except SingularError:
+        return True
+    return not np.isfinite(factors.solve(np.ones(given[0].size))).any()

@@ -3,25 +3,46 @@
 import math
 
 import ngsolve
+import numpy as np
 import pytest
+from harness import study
 from netgen.geom2d import unit_square
 
+from viscotrain.config import stages
+from viscotrain.flow import fronts, newton
+from viscotrain.flow.discretisation import copy
 from viscotrain.flow.newton import ModifiedNewton
+from viscotrain.studies.dns import make_flow, triplet
+
+HIGH = 8  # order with much patience
+
+
+def numbers(order, maxh):
+    """One number on each element, and functions of an order that are not free."""
+    mesh = ngsolve.Mesh(unit_square.GenerateMesh(maxh=maxh))
+    return ngsolve.FESpace([ngsolve.L2(mesh, order=0), ngsolve.L2(mesh, order=order)])
 
 
 @pytest.fixture(scope="module")
 def space():
-    return ngsolve.L2(ngsolve.Mesh(unit_square.GenerateMesh(maxh=2.0)), order=0)
+    return numbers(HIGH, maxh=2.0)
+
+
+def begun(space, residual, start):
+    """Iteration for residual(u) = 0 on each element, its first guess, and its form."""
+    (u, _), (v, _) = space.TnT()
+    form = ngsolve.BilinearForm(space)
+    form += residual(u) * v * ngsolve.dx
+    state, free = ngsolve.GridFunction(space), ngsolve.BitArray(space.ndof)
+    free.Clear()
+    for n in range(space.mesh.ne):
+        free[n], state.vec[n] = True, start
+    return ModifiedNewton(form, free), state, form
 
 
 def solve(space, residual, start, max_iterations=40, tolerance=1e-12, **options):
-    """Solve residual(u) = 0 on each of two elements; result, iteration and solution."""
-    u, v = space.TnT()
-    form = ngsolve.BilinearForm(space)
-    form += residual(u) * v * ngsolve.dx
-    state = ngsolve.GridFunction(space)
-    state.vec[:] = start
-    iteration = ModifiedNewton(form, space.FreeDofs())
+    """Solve residual(u) = 0 on each element; result, iteration and solution."""
+    iteration, state, _ = begun(space, residual, start)
     result = iteration.solve(state, tolerance=tolerance, max_iterations=max_iterations, **options)
     return result, iteration, state
 
@@ -77,3 +98,158 @@ def test_what_is_not_finite_is_no_solution(space):
 def test_too_few_iterations(space):
     result, _, _ = solve(space, ngsolve.atan, 10.0, max_iterations=3)
     assert result.reason.startswith("no convergence to 1.0e-12")
+
+
+# ----------------------------------------------------------------------------- matrix that is kept
+
+
+@pytest.mark.parametrize(
+    ("sizes", "slow"),
+    [
+        ([1e3, 1.0, 3.9], False),  # within the growth allowed, and the mean is quick
+        ([1e3, 1.0, 4.1], True),
+        ([1e3, 1.0, 0.1, 0.3], False),  # one that grows in between does not count
+        ([1e3, 1.0, 0.1, 0.3, 0.01], False),
+        ([1.0, 0.1], False),
+        ([1.0, 0.4], True),
+        ([1.0, 0.5, 0.25, 0.125, 0.1], True),
+        ([1.0, math.nan], True),
+    ],
+)
+def test_a_matrix_is_slow_by_growth_or_mean_rate(sizes, slow):
+    """To 1e-6 in 14 more updates: from 1 each must be a third of the last."""
+    assert newton._is_slow(sizes, 1e-6, 14) == slow
+
+
+def test_the_mean_rate_is_of_the_last_updates_only():
+    """A thousandth at first is forgotten after `WINDOW` updates without a change."""
+    standing = [1.0] + newton.WINDOW * [1e-3]
+    assert not newton._is_slow(standing, 1e-4, 10)
+    assert newton._is_slow([*standing, 1e-3], 1e-4, 10)
+
+
+def test_patience_is_the_number_of_updates_that_are_left():
+    """A quarter each: ten more updates from 4^-3 to 4^-13."""
+    sizes = [4.0**-n for n in range(4)]
+    assert not newton._is_slow(sizes, 4.0**-13, 10.01)
+    assert newton._is_slow(sizes, 4.0**-13, 9.99)
+
+
+def test_patience_grows_with_the_order():
+    """A matrix of high order costs more; one of low order is made anew rather than kept."""
+    found = [
+        solve(numbers(order, maxh=0.4), uneven, 1.0, tolerance=1e-12)[0] for order in (2, HIGH)
+    ]
+    low, high = found
+    assert low.converged and high.converged
+    assert low.factorisations > high.factorisations == 1
+    assert low.iterations < high.iterations
+
+
+def uneven(u):
+    """Another equation in each element; one Newton step is not enough in any."""
+    k = 1 + 3 * ngsolve.x + ngsolve.y
+    return u + 0.3 * k * u**3 - k
+
+
+# -------------------------------------------------------------------------------- way back
+
+
+def vector_of(*entries):
+    vector = ngsolve.BaseVector(len(entries))
+    vector.FV().NumPy()[:] = entries
+    return vector
+
+
+def test_a_new_matrix_is_made_at_the_best_state():
+    mixing, applied = newton._Mixing(), vector_of(0.0, 0.0)
+    state, visited = vector_of(4.0, 1.0), []
+    for update in ((1.0, 1.0), (0.2, -0.1), (3.0, 0.5)):
+        visited.append(state.FV().NumPy().copy())
+        mixing.apply(state, vector_of(*update), applied)
+    mixing.go_back(state)
+    assert np.array_equal(state.FV().NumPy(), visited[1])
+
+
+def test_where_updates_grow_the_next_matrix_is_made_at_the_best_state(space, monkeypatch):
+    """The wall at u = 1 throws the combined updates out; the way back is to the smallest."""
+    backs = []
+
+    def noted(mixing, state):
+        sizes = [np.linalg.norm(update) for update in mixing._updates]
+        go_back(mixing, state)
+        backs.append((state[0], mixing._states[int(np.argmin(sizes))][0]))
+
+    go_back = newton._Mixing.go_back
+    monkeypatch.setattr(newton._Mixing, "go_back", noted)
+    result, _, state = solve(space, lambda u: ngsolve.exp(20 * u) - 1 + u, -0.3)
+    assert result.converged and state.vec[0] == pytest.approx(0.0, abs=1e-12)
+    assert backs and all(there == best for there, best in backs)
+
+
+# --------------------------------------------------------------------------------- single precision
+
+
+@pytest.fixture(scope="module")
+def flow():
+    """A single sphere, Newtonian, as the first guess of a viscoelastic fluid."""
+    coarse = {"velocity_order": 3, "sphere_elements": 6, "wall_size": 0.25, "axis_size": 0.15}
+    settings = stages.flow(study("config", dns=coarse))
+    flow = make_flow(settings, triplet(settings, math.inf, math.inf))
+    iteration = ModifiedNewton(flow.newtonian, flow.free_newtonian)
+    assert iteration.solve(flow.state, tolerance=1e-9, max_iterations=5).converged
+    flow.deborah.Set(0.3)
+    return flow
+
+
+def first_update(flow):
+    """Whether precision was doubled, and what one update changes of the speeds."""
+    start = copy(flow.state.vec)
+    iteration = ModifiedNewton(flow.viscoelastic, flow.free)
+    result = iteration.solve(flow.state, tolerance=1e-9, max_iterations=1)
+    change = copy(flow.state.vec)
+    change.data = flow.state.vec - start
+    flow.state.vec.data = start
+    return iteration._precision is np.float64, flow.speeds(change), result
+
+
+def test_factors_of_single_precision_are_good_enough_here(flow):
+    doubled, (changed,), result = first_update(flow)
+    assert not doubled and abs(changed) > 1e-3
+    assert result.factorisations == 1
+
+
+def test_precision_is_doubled_for_one_iteration_only(flow, monkeypatch):
+    """The next one begins with single precision again."""
+    with monkeypatch.context() as patch:
+        patch.setattr(newton, "ROUGHEST", 0.0)
+        assert first_update(flow)[0]
+    assert not first_update(flow)[0]
+
+
+def test_small_updates_are_not_called_imprecise(flow):
+    """Close to a solution the residual's own rounding is no error of the factors."""
+    start = copy(flow.state.vec)
+    iteration = ModifiedNewton(flow.viscoelastic, flow.free)
+    assert iteration.solve(flow.state, tolerance=1e-5, max_iterations=20).converged
+    flow.state.vec.data += 1e-8 * start
+    assert not first_update(flow)[0]
+    flow.state.vec.data = start
+
+
+@pytest.mark.parametrize("fault", ["wrong", "not finite"])
+def test_where_they_are_not_precision_is_doubled(flow, monkeypatch, fault):
+    _, expected, _ = first_update(flow)
+    right = fronts._inverses
+
+    def faulty(matrices):
+        found = right(matrices)
+        if matrices.dtype == np.float32:
+            found[0] *= 1.5 if fault == "wrong" else 1.0
+            found[0, 0, 0] = np.nan if fault == "not finite" else found[0, 0, 0]
+        return found
+
+    monkeypatch.setattr(fronts, "_inverses", faulty)
+    doubled, found, _ = first_update(flow)
+    assert doubled
+    assert found == pytest.approx(expected, rel=1e-4)

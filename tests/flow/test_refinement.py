@@ -1,6 +1,7 @@
 """Estimates of errors by the adjoint solution, and meshes that follow from them."""
 
 import math
+from dataclasses import replace
 
 import ngsolve
 import numpy as np
@@ -283,6 +284,19 @@ def test_no_plan_is_beyond_the_limits(pair):
     assert plan(flow, 1e-3, unknowns=10) is None
 
 
+def test_a_plan_does_not_hang_on_the_last_digits(pair):
+    flow, below = pair
+    found = refinement.estimate(flow, below, adjoint_of(flow))
+    limits = refinement.Limits(7, 1e6)
+    for share in (0.4, 0.12):
+        plans = []
+        for n in range(12):
+            relative = tuple(error * (1 + 1e-9 * n) for error in found.relative)
+            error = replace(found, relative=relative)
+            plans.append(refinement.plan(flow, error, share * found.decisive, limits))
+        assert len({(order, sizes is None) for order, sizes in plans}) == 1
+
+
 def test_unknowns_of_an_element_are_about_those_of_a_flow(pair):
     flow, _ = pair
     about = refinement.unknowns_per_element(3, len(flow.fluid.modes)) * flow.mesh.ne
@@ -295,3 +309,8 @@ def test_the_ladder_without_a_mesher_keeps_the_mesh():
     (solution,) = quasi_steady.solve(flow, [DEBORAH], options)
     assert solution.flow.mesh is flow.mesh
     assert solution.solved and not solution.accurate
+    raising = replace(
+        options, accuracy=0.9 * solution.estimated_error, max_velocity_order=5, max_unknowns=1e6
+    )
+    (solution,) = quasi_steady.solve(flow, [DEBORAH], raising)
+    assert solution.accurate and solution.flow.velocity_order > flow.velocity_order

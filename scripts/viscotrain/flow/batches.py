@@ -39,9 +39,6 @@ class BatchedForm:
         integrals: Integrands over the domain, of the trial and the test functions of the
             components, as jets; the third argument makes values of a vector of the space.
         rest: Integrals over boundaries, linear, in a form on the same space.
-
-    Attributes:
-        precision: Type of the numbers in factors.
     """
 
     def __init__(self, space: ngsolve.FESpace, integrals: Integrals, rest: ngsolve.BilinearForm):
@@ -51,7 +48,6 @@ class BatchedForm:
         self._blocks: dict[tuple[int, int], tuple] = {}  # the latest linearisation, by components
         self._rest_in_elements: tuple | None = None
         self._dissections: dict[str, Dissection] = {}
-        self.precision: Precision = np.float32
 
     @property
     def _elements(self) -> "Elements":
@@ -141,11 +137,12 @@ class BatchedForm:
             total += scipy.sparse.csr_matrix(entries, shape)
         return total
 
-    def factorise(self, free: ngsolve.BitArray) -> "VectorFactors":
+    def factorise(self, free: ngsolve.BitArray, precision: Precision) -> "VectorFactors":
         """LU factors of the latest linearisation.
 
         Args:
             free: Unknowns to solve for.
+            precision: Type of the numbers in the factors.
 
         Raises:
             fronts.SingularError: There are none.
@@ -154,8 +151,8 @@ class BatchedForm:
         if key not in self._dissections:
             mask, elements = np.fromiter(free, bool, len(free)), self._elements
             self._dissections[key] = Dissection(elements.unknowns, mask, elements.centres())
-        matrices = self._matrices(self.precision)
-        return VectorFactors(FrontalFactors(self._dissections[key], matrices, self.precision))
+        matrices = self._matrices(precision)
+        return VectorFactors(FrontalFactors(self._dissections[key], matrices, precision))
 
 
 class VectorFactors:

@@ -5,11 +5,12 @@ ngsolve is factorised by its UMFPACK (T. A. Davis, ACM Trans. Math. Softw. 30, 2
 """
 
 import ngsolve
+import numpy as np
 from netgen.libngpy._meshing import NgException
 
 from viscotrain.errors import ViscotrainError
 from viscotrain.flow.batches import BatchedForm, VectorFactors
-from viscotrain.flow.fronts import SingularError
+from viscotrain.flow.fronts import Precision, SingularError
 
 
 class FactorisationError(ViscotrainError):
@@ -43,13 +44,16 @@ class NgsolveFactors:
 
 
 def factorise(
-    form: ngsolve.BilinearForm | BatchedForm, free: ngsolve.BitArray
+    form: ngsolve.BilinearForm | BatchedForm,
+    free: ngsolve.BitArray,
+    precision: Precision = np.float64,
 ) -> NgsolveFactors | VectorFactors:
     """LU factors of the present matrix of a form.
 
     Args:
         form: Linearised.
         free: Unknowns to solve for.
+        precision: Of the factors of a `BatchedForm`; others have double precision.
 
     Raises:
         FactorisationError: It is singular or too large.
@@ -57,6 +61,6 @@ def factorise(
     if not isinstance(form, BatchedForm):
         return NgsolveFactors(form.mat, free)
     try:
-        return form.factorise(free)
+        return form.factorise(free, precision)
     except SingularError as error:
         raise FactorisationError("singular matrix") from error

@@ -27,6 +27,7 @@ from scipy.linalg import get_lapack_funcs
 
 from viscotrain.flow.dissection import Dissection, Part
 
+SMALL = 40  # unknowns of a matrix that is inverted as a whole
 LARGEST = 1e6  # entry of W with which pivots are large enough
 
 Precision = type[np.float32] | type[np.float64]
@@ -161,7 +162,7 @@ class FrontalFactors:
             self._diagonal[members] = np.diagonal(matrices, axis1=1, axis2=2)[:, outer]
             coupling = matrices[:, inner][:, :, outer]
             try:
-                inverse = np.linalg.inv(matrices[:, inner][:, :, inner])
+                inverse = _inverses(matrices[:, inner][:, :, inner])
             except np.linalg.LinAlgError as error:
                 raise SingularError from error
             self._inverse[members] = inverse
@@ -222,6 +223,28 @@ class FrontalFactors:
         for part, (lu, pivots, _, below) in reversed(pairs):
             own = slice(part.own[0], part.own[-1] + 1)
             x[own], _ = getrs(lu, pivots, x[own] - below.T @ x[part.kept], trans=1)
+
+
+def _inverses(matrices: NDArray) -> NDArray:
+    """Inverses of many matrices (n, m, m), by halves, so that most is in products.
+
+    Raises:
+        LinAlgError: One is singular, or a leading half of one.
+    """
+    m = matrices.shape[1]
+    if m <= SMALL:
+        return np.linalg.inv(matrices)
+    a, b = slice(m // 2), slice(m // 2, m)
+    A = _inverses(matrices[:, a, a])
+    AB = A @ matrices[:, a, b]
+    CA = matrices[:, b, a] @ A
+    found = np.empty_like(matrices)
+    found[:, b, b] = S = _inverses(matrices[:, b, b] - matrices[:, b, a] @ AB)
+    found[:, a, b] = -AB @ S
+    SCA = S @ CA
+    found[:, b, a] = -SCA
+    found[:, a, a] = A + AB @ SCA
+    return found
 
 
 def _add(F: NDArray, places: NDArray, matrix: NDArray):

@@ -9,8 +9,10 @@ the last update was too long: half of it is taken back, and again, until that ho
 monotonicity test; P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, sec. 3.3).
 The updates with one matrix are combined: Anderson's method (H. F. Walker & P. Ni, SIAM J. Numer.
 Anal. 49, 2011, 1715) takes the combination of the last `DEPTH` + 1 states whose own combination of
-updates is smallest. Then the matrix is kept while the present rate of contraction promises to end
-within `PATIENCE` updates, and from one solve to the next of the same `ModifiedNewton`.
+updates is smallest. They need not shrink one by one: the matrix is kept while they are within
+`GROWTH` of the smallest, and their mean rate over `WINDOW` promises to end sooner than a new matrix
+would be worth (`PATIENCE`); and from one solve to the next of the same `ModifiedNewton`. Otherwise
+there is a new one, at the state whose update was smallest.
 
 Factors are of single precision. The residual of the linearised equations that a first update leaves
 is known from a difference of residuals; where its correction is not small, precision is doubled.
@@ -26,9 +28,12 @@ from numpy.typing import NDArray
 
 from viscotrain.flow.batches import BatchedForm, VectorFactors
 from viscotrain.flow.factorisation import FactorisationError, NgsolveFactors, factorise
+from viscotrain.flow.fronts import Precision
 
-PATIENCE = 25  # updates with an old matrix that are cheaper than a new one
-DEPTH = 5  # earlier updates that the next one is combined with
+PATIENCE = 0.5  # updates with an old matrix that are cheaper than a new one, over the order squared
+DEPTH = 12  # earlier updates that the next one is combined with
+GROWTH = 4.0  # of an update over the smallest with the same matrix
+WINDOW = 8  # updates that a rate of contraction is taken from
 ROUGHEST = 0.03  # error of an update, over it, with factors in single precision
 DIFFERENCE = 1e-6  # rms change of the unknowns that this error is seen from
 SHORTEST_STEP = 1 / 32  # share of an update
@@ -75,8 +80,10 @@ class ModifiedNewton:
 
     def __init__(self, form: ngsolve.BilinearForm | BatchedForm, free: ngsolve.BitArray):
         self._form, self._free = form, free
+        self._patience = PATIENCE * _order(form.space) ** 2
         self._onto_free = ngsolve.Projector(free, True)
         self._factors: VectorFactors | NgsolveFactors | None = None
+        self._precision: Precision = np.float32
 
     def solve(
         self,
@@ -102,12 +109,13 @@ class ModifiedNewton:
         residual, update, last = (state.vec.CreateVector() for _ in range(3))
         mixing = _Mixing()
         firsts = []  # rms of the first update with each matrix
-        step, last_size = 0.0, math.nan  # share applied of `last`; 0: none with this matrix
+        sizes: list[float] = []  # rms of the updates with this matrix
+        step = 0.0  # share applied of `last`; 0: none with this matrix
         fresh = False  # whether the matrix was made for `last`
         for _ in range(max_iterations):
             prepare()
             if self._factors is None:
-                step, fresh, mixing = 0.0, True, _Mixing()
+                step, fresh, mixing, sizes = 0.0, True, _Mixing(), []
             try:
                 size = self._compute(state, residual, update, result)
             except FactorisationError as error:
@@ -120,22 +128,20 @@ class ModifiedNewton:
                 firsts.append(size)
                 if reason := _hopeless(firsts):
                     return self._give_up(result, reason)
-            elif not size < (1 - step / 4) * last_size:  # `last` was too long, or its matrix old
-                if not fresh:
-                    self._factors = None
-                elif step > SHORTEST_STEP:
-                    step /= 2
-                    state.vec.data += step * last
-                else:
+            elif fresh and not size < (1 - step / 4) * sizes[-1]:  # `last` was too long
+                if step <= SHORTEST_STEP:
                     return self._give_up(result, "stuck")
+                step /= 2
+                state.vec.data += step * last
                 continue
-            elif step < 1:  # shortened enough; the matrix is of no use far from where it was made
+            elif _is_slow([*sizes, size], tolerance, self._patience):
                 self._factors = None
+                if not size <= min(sizes):
+                    mixing.go_back(state.vec)
                 continue
-            elif _updates_to_go(last_size, size, tolerance) > PATIENCE:
-                self._factors = None
             mixing.apply(state.vec, update, last)
-            fresh, step, last_size = fresh and step == 0, 1.0, size
+            sizes.append(size)
+            fresh, step = fresh and step == 0, 1.0
         return self._give_up(result, f"no convergence to {tolerance:.1e}")
 
     def _compute(
@@ -154,12 +160,12 @@ class ModifiedNewton:
         self._onto_free.Project(residual)
         if self._factors is None:
             self._form.AssembleLinearization(state.vec)
-            self._factors = factorise(self._form, self._free)
+            self._factors = factorise(self._form, self._free, self._precision)
             result.factorisations += 1
             self._factors.solve(residual, update)
             if self._is_rough(state, residual, update):
-                self._form.precision = np.float64
-                self._factors = factorise(self._form, self._free)
+                self._precision = np.float64
+                self._factors = factorise(self._form, self._free, self._precision)
                 result.factorisations += 1
         self._factors.solve(residual, update)
         root_of_size = math.sqrt(self._free.NumSet())
@@ -176,10 +182,11 @@ class ModifiedNewton:
     ) -> bool:
         """Whether new factors are too imprecise for the update at a state, by its own residual."""
         assert self._factors is not None
-        if not isinstance(self._form, BatchedForm) or self._form.precision is np.float64:
+        if not isinstance(self._form, BatchedForm) or self._precision is np.float64:
             return False
         left, error = residual.CreateVector(), update.CreateVector()
-        length = DIFFERENCE / max(update.Norm() / math.sqrt(self._free.NumSet()), 1.0)
+        size = update.Norm() / math.sqrt(self._free.NumSet())
+        length = DIFFERENCE / max(size, DIFFERENCE)
         error.data = state.vec - length * update
         self._form.Apply(error, left)  # residual - length matrix update
         left -= (1 - length) * residual
@@ -198,7 +205,7 @@ class ModifiedNewton:
         """
         if self._factors is None:
             self._form.AssembleLinearization(state.vec)
-            self._factors = factorise(self._form, self._free)
+            self._factors = factorise(self._form, self._free, self._precision)
         factors = self._factors
 
         def solve(right: ngsolve.BaseVector) -> ngsolve.BaseVector:
@@ -236,6 +243,11 @@ class _Mixing:
             applied.FV().NumPy()[:] += (states - updates) @ shares
         state.data -= applied
 
+    def go_back(self, state: ngsolve.BaseVector):
+        """To the state whose update was smallest."""
+        best = int(np.argmin([np.linalg.norm(update) for update in self._updates]))
+        state.FV().NumPy()[:] = self._states[best]
+
 
 def _hopeless(firsts: list[float]) -> str:
     """Why to give up, from the size of the first update with each matrix; empty to go on."""
@@ -246,6 +258,15 @@ def _hopeless(firsts: list[float]) -> str:
     return ""
 
 
-def _updates_to_go(before: float, last: float, tolerance: float) -> float:
-    """Number of further updates at the present rate of contraction."""
-    return math.log(tolerance / last) / math.log(last / before)
+def _order(space: ngsolve.FESpace) -> int:
+    """The highest polynomial order of the components of a space."""
+    return max(component.globalorder for component in space.components)
+
+
+def _is_slow(sizes: list[float], tolerance: float, patience: float) -> bool:
+    """Whether updates with one matrix, of these sizes, promise to take longer than that."""
+    last, since = sizes[-1], min(WINDOW, len(sizes) - 1)
+    if not last < GROWTH * min(sizes):
+        return True
+    rate = math.log(sizes[-1 - since] / last) / since
+    return rate * patience < math.log(last / tolerance)

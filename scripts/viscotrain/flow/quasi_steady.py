@@ -39,7 +39,7 @@ from viscotrain.fluid.parameters import NEWTONIAN
 
 NEWTONIAN_ORDER = 6  # of the velocity, at least
 LOWEST_ORDER = 3  # of the velocity, of results; scouts go one below
-SCOUT_TOLERANCE = 1e-5  # of the solutions that errors are estimated from
+SCOUT_TOLERANCE = 1e-3  # of the solutions that errors are estimated from
 RUNGS = (1.0, 3.0)  # of the ladder in one decade
 REFINEMENTS = 3  # of one De
 LEAST_GAIN = 1.5  # of a mesh over that before, for another one to be tried
@@ -326,7 +326,7 @@ class _Ladder:
             if found.accurate or found.error is None:
                 return path, found, None
             allowed = _allowed(path.flow, self._options)
-            again = found.error.decisive <= worth
+            again = found.error.decisive <= worth and self._remesh is not None
             plan = refinement.plan(path.flow, found.error, allowed, self._options.limits, again)
             if plan is None or plan.sizes is not None:
                 return path, found, plan

@@ -240,21 +240,23 @@ def refined(
     contributions = np.maximum(error.contributions, 1e-12 * error.contributions.max())
     rates, wanted = error.rates, min(allowed, error.decisive / LEAST_REDUCTION)
 
-    def factors(level: float) -> NDArray:
-        return np.clip((level / contributions) ** (1 / (2 + rates)), FINEST, COARSEST)
+    def attempt(level: float) -> tuple[NDArray, float, float]:
+        """Changes of the sizes, number of elements and error, if all contribute the same."""
+        factor = np.clip((level / contributions) ** (1 / (2 + rates)), FINEST, COARSEST)
+        norm = np.linalg.norm(contributions * factor ** (1 + rates))
+        left = error.ahead(order) * RESERVE * norm / np.linalg.norm(contributions)
+        return factor, float((factor**-2).sum()), float(left)
 
     low, high = np.log([contributions.min(), contributions.max()])
     low -= 10.0
-    present = error.ahead(order) * RESERVE
     for _ in range(50):
-        factor = factors(np.exp((low + high) / 2))
-        norm = np.linalg.norm(contributions * factor ** (1 + rates))
-        left = present * norm / np.linalg.norm(contributions)
-        if left > wanted and (factor**-2).sum() < most:
+        _, count, left = attempt(np.exp((low + high) / 2))
+        if left > wanted and count < most:
             high = (low + high) / 2
         else:
             low = (low + high) / 2
-    return Sizes(centres, sizes * factor / MESHED), float((factor**-2).sum()), float(left)
+    factor, count, left = attempt(np.exp(low))  # of the two ends the one that is accurate enough
+    return Sizes(centres, sizes * factor / MESHED), count, left
 
 
 def _goals(flow: Flow) -> list[ngsolve.BaseVector]:
