@@ -56,7 +56,8 @@ def seconds(name: str) -> float:
     load_study, solutions, triplet = map(_of_package, ("load_study", "solutions", "triplet"))
     _of_package("use_one_core")()
     sp, sf, deborahs, counted = WORKS[name]
-    study = load_study(ROOT / "config" / "config.yaml")
+    package = Path(importlib.import_module("viscotrain").__path__[0])
+    study = load_study(package.parents[1] / "config" / "config.yaml")  # each reads its own demo
     values = study.deborah.model_copy(update={"values": tuple(float(De) for De in deborahs)})
     study = study.model_copy(update={"deborah": values})
     with contextlib.suppress(ModuleNotFoundError):  # of checkouts before there were settings
