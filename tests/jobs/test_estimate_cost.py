@@ -352,7 +352,8 @@ def test_the_verification_costs_what_it_was_measured_to():
     for stage, seconds in took.items():
         assert seconds / 1.5 < found[stage] < 1.5 * seconds
     paper = sum(job.seconds for job in on_request.of_verification(harness.study("paper")))
-    assert 1290 / 2 < paper < 1290  # that of the full study, on a busy machine
+    whole = 1290 * 0.77 / 0.93  # on a busy machine, before flows took 0.77/0.93 of the time
+    assert whole / 2 < paper < whole  # that of the full study
 
 
 def test_a_target_costs_its_table_and_itself(study, tmp_path, measured):
