@@ -172,7 +172,7 @@ def test_a_new_matrix_is_made_at_the_best_state():
 
 
 def test_where_updates_grow_the_next_matrix_is_made_at_the_best_state(space, monkeypatch):
-    """The wall at u = 1 throws the combined updates out; the way back is to the smallest."""
+    """Where it is flat updates are too long, and combined ones, too, land where it is steep."""
     backs = []
 
     def noted(mixing, state):

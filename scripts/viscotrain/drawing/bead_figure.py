@@ -41,7 +41,7 @@ def draw_diameter_variation(found: xr.Dataset) -> Drawing:
         ordered = _finish(axes, found, float(De))
     error = found["spacing_variation_halfwidth"].fillna(0.0)
     high = [found["spacing_variation"] + error, found["law_variation"]]
-    most = max(LARGEST, *(float(np.nanmax(values, initial=0.0)) for values in high))
+    most = max(LARGEST, *(float(values.fillna(0.0).max()) for values in high))
     panels[0].set_ylim(-ROOM * most, (1 + ROOM) * most)
     panels[0].set_ylabel(f"CV of the spacing at $z$ = {float(found['length']):g} $D$")
     words = f"$d/D$ = {float(found['confinement']):g};  lines: linear theory, symbols: simulated "
