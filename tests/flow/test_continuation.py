@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from viscotrain.config import stages
-from viscotrain.flow import continuation, newton, quasi_steady
+from viscotrain.flow import continuation, newton, quasi_steady, refinement
 from viscotrain.flow.discretisation import Flow, copy
 from viscotrain.flow.geometry import Geometry
 from viscotrain.flow.meshes import MeshOptions, make_mesh
@@ -223,7 +223,179 @@ def test_too_few_unknowns_give_a_solution_that_is_not_accurate():
     assert set(solution.velocities) == {"middle", "leading"}
 
 
+def coarse_pair():
+    config = study(**COARSE)
+    return make_flow(config, triplet(config, math.inf, 1.5))
+
+
+def options(**changes):
+    """Of the coarse pair: small updates, so that what remains is the discretisation."""
+    given = {"tolerance": 1e-9, "max_iterations": 40, "deborah_step": 3.0, "accuracy": 1.0}
+    given |= {"max_velocity_order": 7, "max_unknowns": 1e6}
+    return quasi_steady.SolverOptions(**given | changes)
+
+
+def residual(flow):
+    """Rms of the residual at the state of a flow."""
+    found = flow.state.vec.CreateVector()
+    flow.viscoelastic.Apply(flow.state.vec, found)
+    ngsolve.Projector(flow.free, True).Project(found)
+    return found.Norm() / math.sqrt(flow.free.NumSet())
+
+
+@pytest.fixture
+def same_mesh(monkeypatch):
+    """Whatever the order above promises, it is solved."""
+    monkeypatch.setattr(
+        refinement, "plan", lambda _, error, *__: refinement.Plan(error.order + 1, None)
+    )
+
+
+@pytest.mark.parametrize(("share", "order"), [(1.01, 3), (0.99, 4), (0.2, 4), (0.03, 5)])
+def test_the_lowest_order_that_is_accurate_is_the_result(same_mesh, share, order):
+    """Its error, its velocities and its state are of the same order."""
+    (rough,) = quasi_steady.solve(coarse_pair(), [1.0], options())
+    accuracy = share * rough.estimated_error
+    (found,) = quasi_steady.solve(coarse_pair(), [1.0], options(accuracy=accuracy))
+    assert rough.flow.velocity_order == rough.error.order == 3
+    assert found.flow.velocity_order == found.error.order == order
+    assert found.accurate and found.estimated_error <= accuracy
+    assert found.velocities == found.flow.sphere_velocities()
+    assert found.flow.deborah.Get() == pytest.approx(1.0)
+    assert residual(found.flow) < 1e-12
+    difference = np.subtract(*(each.flow.relative_velocities() for each in (rough, found)))
+    assert np.abs(difference).max() < rough.estimated_error
+
+
+@pytest.mark.parametrize("accuracy", [1.0, 9e-4, 1e-4])
+def test_nothing_begun_at_one_deborah_number_is_used_at_the_next(same_mesh, accuracy):
+    """In the middle one the first is accurate in order 3, in which the other begins order 4."""
+    wanted = options(accuracy=accuracy)
+    first, both = quasi_steady.solve(coarse_pair(), [1.0, 2.0], wanted)
+    orders = {1.0: (3, 3), 9e-4: (3, 4), 1e-4: (4, 4)}
+    assert (first.error.order, both.error.order) == orders[accuracy]
+    (alone,) = quasi_steady.solve(coarse_pair(), [2.0], wanted)
+    assert both.flow.velocity_order == alone.flow.velocity_order
+    assert both.velocities == pytest.approx(alone.velocities, abs=1e-9)
+    assert both.estimated_error == pytest.approx(alone.estimated_error, rel=1e-4)
+
+
+@pytest.mark.parametrize("accuracy", [1.0, 1e-4])
+def test_no_matrix_is_kept_between_deborah_numbers(same_mesh, accuracy):
+    """The factors of an order that was not needed take much memory."""
+    ladder = quasi_steady._Ladder(coarse_pair(), options(accuracy=accuracy), None)
+    assert ladder.at(1.0).accurate
+    assert len(ladder._higher) == {1.0: 2, 1e-4: 3}[accuracy]
+    assert all(path._begun is None for path in ladder._higher.values())
+
+
+def test_a_mesh_is_refined_where_the_lowest_order_is_stuck(monkeypatch):
+    """By the error of the order below it, from which that order had begun."""
+    config = study(deborah=(1.0,), accuracy=1.0, **COARSE)
+    pair, errors = triplet(config, math.inf, 1.5), []
+    elements = make_flow(config, pair).mesh.ne
+    iterate, plan = continuation.Continuation._iterate, refinement.plan
+
+    def stuck_on_the_first_mesh(path, De, tolerance, *others):
+        if path.flow.velocity_order == 3 and path.flow.mesh.ne == elements:
+            return newton.Convergence(updates=[1.0], reason="stuck")
+        return iterate(path, De, tolerance, *others)
+
+    def noted(flow, error, *others):
+        errors.append((flow.velocity_order, error.order))
+        return plan(flow, error, *others)
+
+    monkeypatch.setattr(continuation.Continuation, "_iterate", stuck_on_the_first_mesh)
+    monkeypatch.setattr(refinement, "plan", noted)
+    ((_, solution),) = solutions(config, pair)
+    assert errors[0] == (2, 2)
+    assert solution.solved and solution.accurate and not solution.fallback
+    assert solution.flow.mesh.ne > elements
+    assert solution.flow.velocity_order == solution.error.order >= 3
+
+
 # ------------------------------------------------------------------------------------ continuation
+
+
+@pytest.fixture
+def two_orders():
+    """A continuation of order 4 whose scout, of order 3, is at De = 1."""
+    flow, steps = coarse_pair(), continuation.Steps(40, 3.0)
+    below = continuation.Continuation(flow, 1e-9, steps)
+    above = continuation.Continuation(flow.variant(flow.fluid, 4), 1e-9, steps, below)
+    assert below.advance(1.0)[0].converged
+    return below, above
+
+
+def test_an_error_of_the_order_below_leaves_its_solution(two_orders):
+    """Or brings it back, where another continuation of the same flow has gone on."""
+    below, above = two_orders
+    before = below.flow.state.vec.FV().NumPy().copy()
+    assert below.twin().advance(2.0)[0].converged
+    error = above.error_below(1.0)
+    assert error.order == 3 and error.decisive > 1e-5
+    assert np.array_equal(below.flow.state.vec.FV().NumPy(), before)
+    assert [path.flow.deborah.Get() for path in two_orders] == pytest.approx([1.0, 1.0])
+    assert above.deborah == 0.0  # it has no solution yet
+
+
+def test_there_is_no_error_without_a_solution_below(two_orders):
+    below, above = two_orders
+    assert above.error_below(2.0) is None
+    assert below.error_below(1.0) is None
+    assert above._begun is None
+
+
+def test_an_order_goes_on_from_the_error_of_the_one_below(two_orders):
+    """With its matrix, and to the solution that it finds without."""
+    _, above = two_orders
+    other = above.twin()
+    above.error_below(1.0)
+    assert above.twin()._begun is None
+    convergence, _ = above.advance(1.0)
+    assert convergence.converged and convergence.factorisations == 0
+    assert above._begun is None
+    begun = above.flow.sphere_velocities()
+    convergence, _ = other.advance(1.0)
+    assert convergence.converged and convergence.factorisations > 0
+    assert other.flow.sphere_velocities() == pytest.approx(begun, abs=1e-10)
+
+
+def test_what_an_order_changed_before_is_not_added_to_what_is_begun(two_orders):
+    """The iteration starts where its matrix was made."""
+    below, above = two_orders
+    assert above.advance(1.0)[0].converged
+    assert below.advance(2.0)[0].converged
+    above.error_below(2.0)
+    expected = residual(above.flow)
+    convergence, _ = above.advance(2.0)
+    assert convergence.converged and convergence.factorisations == 0
+    assert convergence.residuals[0] == expected
+
+
+def test_a_matrix_that_is_forgotten_is_of_no_use_at_the_next_deborah_number(two_orders):
+    _, above = two_orders
+    other, own = above.twin(), copy(above.flow.state.vec)
+    above.error_below(1.0)
+    above.forget_matrix()
+    convergence, _ = above.advance(2.0)
+    assert convergence.converged and convergence.factorisations > 0
+    found = above.flow.sphere_velocities(), convergence.updates
+    above.flow.state.vec.data = own
+    convergence, _ = other.advance(2.0)
+    assert other.flow.sphere_velocities() == found[0]
+    assert convergence.updates == found[1]
+
+
+def test_a_singular_matrix_is_no_error_and_nothing_begun(two_orders, monkeypatch):
+    _, above = two_orders
+
+    def singular(*_):
+        raise newton.FactorisationError
+
+    monkeypatch.setattr(newton, "factorise", singular)
+    assert above.error_below(1.0) is None
+    assert above._begun is None
 
 
 def test_steps_that_fail_are_halved():
@@ -283,3 +455,7 @@ def test_where_the_ladder_is_stuck_the_mesh_of_the_start_is_taken_in_short_steps
     ((_, solution),) = solutions(config, pair)
     assert solution.solved and solution.fallback and not expected.fallback
     assert solution.velocities == pytest.approx(expected.velocities, abs=1e-6)
+    assert solution.error.order == solution.flow.velocity_order == 3
+    assert solution.estimated_error == pytest.approx(expected.estimated_error, rel=1e-3)
+    assert solution.velocities == solution.flow.sphere_velocities()
+    assert residual(solution.flow) < 1e-8

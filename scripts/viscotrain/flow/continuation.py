@@ -6,7 +6,8 @@ log(1 + De/De_0); a step that fails is halved.
 Scouts. An order may have a scout: the order below, on the same mesh, which goes the same way first
 at a small part of the cost. The solution of the scout, plus what the order changed at the De
 before, is the guess. Where the scout fails, or its guess does, the steps are taken in the order
-itself. The scout is also what the error is estimated from (`refinement`).
+itself. The first updates of an order from the solution of its scout are what the error of the scout
+is estimated from (`refinement`); the iteration goes on from there.
 """
 
 import math
@@ -51,6 +52,7 @@ class Continuation:
         self.flow, self.scout = flow, scout
         self._tolerance, self._max_iterations = tolerance, steps.max_iterations
         self._newton: newton.ModifiedNewton | None = None  # of the last iteration
+        self._begun: newton.ModifiedNewton | None = None  # from the solution of the scout
         self._difference: ngsolve.BaseVector | None = None
         self._known: list[tuple[float, ngsolve.BaseVector]] = []
         self._interpolated = False  # whether what is known is from another mesh only
@@ -59,7 +61,7 @@ class Continuation:
     def twin(self) -> "Continuation":
         """Another one, where this one is; they go on independently of each other."""
         twin = copy_object(self)
-        twin.scout, twin._newton = self.scout and self.scout.twin(), None
+        twin.scout, twin._newton, twin._begun = self.scout and self.scout.twin(), None, None
         return twin
 
     @property
@@ -110,23 +112,27 @@ class Continuation:
             self._remember(coordinate)
         return convergence.iterations
 
-    def estimate(self) -> refinement.Estimate | None:
-        """Errors of the solution where it is; None without one of the scout.
+    def error_below(self, De: float) -> refinement.Estimate | None:
+        """Errors of the solution of the scout, which is at De; None without a solution to compare.
 
-        None too if the matrix of the adjoint problem is singular.
+        None too if the matrix is singular.
         """
         scout = self.scout
-        if scout is None or not self.flow.geometry.spheres or not scout.is_at(self.deborah):
+        if scout is None or not self.flow.geometry.spheres or not scout.is_at(De):
             return None
-        below = scout.flow.embed(scout._known[-1][1], self.flow)
-        self.restore()
-        if self._newton is None:
-            self._newton = newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
+        scout.flow.embed(scout._known[-1][1], self.flow)
+        scout.restore()
+        self.flow.deborah.Set(De)
+        self._begun = newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
         try:
-            adjoint = self._newton.adjoint(self.flow.state)
+            return refinement.estimate(scout.flow, self.flow, self._begun)
         except FactorisationError:
+            self._begun = None
             return None
-        return refinement.estimate(self.flow, below, adjoint)
+
+    def forget_matrix(self):
+        """Let go of what `error_below` has begun: its factors take much memory."""
+        self._begun = None
 
     def settle(self, De: float) -> newton.Convergence:
         """Solve at De from the state as it is, until the velocities are as accurate, too."""
@@ -135,6 +141,7 @@ class Continuation:
     def finish(self, tolerance: float) -> newton.Convergence:
         """Go on with the iteration where it is, until the velocities are as accurate, too."""
         self.restore()
+        begun = self._newton is not None
         iteration = self._newton or newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
         convergence = iteration.solve(
             self.flow.state,
@@ -142,6 +149,7 @@ class Continuation:
             max_iterations=self._max_iterations,
             watch=self.flow.speeds,
             watch_tolerance=VELOCITY_TOLERANCE,
+            onwards=begun,
         )
         self._newton = None  # its factors take much memory
         if convergence.converged:
@@ -175,13 +183,15 @@ class Continuation:
             form, free = self.flow.viscoelastic, self.flow.free
         else:
             form, free = self.flow.newtonian, self.flow.free_newtonian
-        self._newton = newton.ModifiedNewton(form, free)
+        begun, self._begun = self._begun, None
+        self._newton = begun or newton.ModifiedNewton(form, free)
         return self._newton.solve(
             self.flow.state,
             tolerance=tolerance,
             max_iterations=self._max_iterations,
             watch=self.flow.speeds,
             watch_tolerance=of_velocities,
+            onwards=begun is not None,
         )
 
     def _walk(self, De: float) -> tuple[newton.Convergence, int]:
@@ -217,13 +227,16 @@ class Continuation:
         scout._newton = None  # its factors take much memory
         if not convergence.converged:
             return convergence, iterations
-        found = scout.flow.embed(scout._known[-1][1], self.flow)
-        if self._difference is not None:
-            self.flow.state.vec.data += self._difference
+        found = None
+        if self._begun is None:
+            found = scout.flow.embed(scout._known[-1][1], self.flow)
+            if self._difference is not None:
+                self.flow.state.vec.data += self._difference
         convergence = self._iterate(De, self._tolerance)
         iterations += convergence.iterations
         if convergence.converged:
             self._remember(_coordinate(De))
+        if convergence.converged and found is not None:
             self._difference = copy(self.flow.state.vec)
             self._difference -= found
         return convergence, iterations

@@ -184,7 +184,7 @@ class Flow:
             tau = giesekus.polymer_stress(psi, mode.viscosity, lam, known)
             rate = giesekus.evolution(psi, D, turning, lam, mode.mobility, known)
             integrands.append(weak_forms.polymer(tau, test.u))
-            tests = weak_forms.upwind(chi, relative, ELEMENT_SIZE)
+            tests = weak_forms.upwind(chi, relative, ELEMENT_SIZE, lam)
             components = weak_forms.transport(psi, tests, relative, rate)
             if stored is not None:
                 more = weak_forms.storage(psi, tests, stored[0], stored[1][k])

@@ -86,6 +86,9 @@ class ModifiedNewton:
         self._onto_free = ngsolve.Projector(free, True)
         self._factors: VectorFactors | NgsolveFactors | None = None
         self._precision: Precision = np.float32
+        self._mixing = _Mixing()
+        self._sizes: list[float] = []  # rms of the updates with this matrix
+        self._looked = False  # whether the matrix is that of the state, and no update is applied
 
     def solve(
         self,
@@ -96,6 +99,7 @@ class ModifiedNewton:
         prepare: Callable[[], None] = lambda: None,
         watch: Callable[[ngsolve.BaseVector], Sequence[float]] = lambda _: (),
         watch_tolerance: float = math.inf,
+        onwards: bool = False,
     ) -> Convergence:
         """Solve in place, first with the matrix of the last solve if there was one.
 
@@ -106,45 +110,95 @@ class ModifiedNewton:
             prepare: Called before each residual, to change what the form takes from the state.
             watch: Numbers of the last update, linear in it, that must be small, too.
             watch_tolerance: How small they must be.
+            onwards: Whether form and state are as the last solve or look left them: updates go on
+                to be combined with those before.
         """
         result = Convergence()
         residual, update, last = (state.vec.CreateVector() for _ in range(3))
-        mixing = _Mixing()
         firsts = []  # rms of the first update with each matrix
-        sizes: list[float] = []  # rms of the updates with this matrix
-        step = 0.0  # share applied of `last`; 0: none with this matrix
-        fresh = False  # whether the matrix was made for `last`
+        if not onwards:
+            self._restart()
+        step = 1.0 if self._sizes else 0.0  # share applied of `last`; 0: none with this matrix
+        fresh, self._looked = self._looked, False  # whether the matrix was made for `last`
         for _ in range(max_iterations):
             prepare()
             if self._factors is None:
-                step, fresh, mixing, sizes = 0.0, True, _Mixing(), []
+                step, fresh = 0.0, True
+                self._restart()
             try:
                 size = self._compute(state, residual, update, result)
             except FactorisationError as error:
                 result.reason = f"factorisation failed: {error}"
                 return result
             if size < tolerance and all(abs(x) < watch_tolerance for x in watch(update)):
+                self._mixing.remember(state.vec, update)
+                self._sizes.append(size)
                 state.vec.data -= update
                 return result
             if step == 0:
                 firsts.append(size)
                 if reason := _hopeless(firsts):
                     return self._give_up(result, reason)
-            elif fresh and not size < (1 - step / 4) * sizes[-1]:  # `last` was too long
+            elif fresh and not size < (1 - step / 4) * self._sizes[-1]:  # `last` was too long
                 if step <= SHORTEST_STEP:
                     return self._give_up(result, "stuck")
                 step /= 2
                 state.vec.data += step * last
                 continue
-            elif _is_slow([*sizes, size], tolerance, self._patience):
+            elif _is_slow([*self._sizes, size], tolerance, self._patience):
                 self._factors = None
-                if not size <= min(sizes):
-                    mixing.go_back(state.vec)
+                if not size <= min(self._sizes):
+                    self._mixing.go_back(state.vec)
                 continue
-            mixing.apply(state.vec, update, last)
-            sizes.append(size)
+            self._mixing.apply(state.vec, update, last)
+            self._sizes.append(size)
             fresh, step = fresh and step == 0, 1.0
         return self._give_up(result, f"no convergence to {tolerance:.1e}")
+
+    def look(
+        self, state: ngsolve.GridFunction, count: int
+    ) -> tuple[ngsolve.BaseVector, ngsolve.BaseVector]:
+        """Residual at a state, and what some updates with the matrix made there change.
+
+        A solve may go on from here: from the state found if its update is smaller, or else from the
+        one given.
+
+        Args:
+            state: Where to look.
+            count: Of updates, which are combined; fewer if they grow without a bound.
+
+        Raises:
+            FactorisationError: The matrix is singular.
+        """
+        start, first, residual, update, change = (state.vec.CreateVector() for _ in range(5))
+        start.data, change[:] = state.vec, 0.0
+        self._factors = None
+        self._restart()
+        for _ in range(count):
+            size = self._compute(state, residual, update, Convergence())
+            if not self._sizes:
+                first.data = residual
+            if not size < DIVERGENCE:
+                break
+            self._mixing.apply(state.vec, update, residual)
+            self._sizes.append(size)
+            change.data = state.vec - start
+        if not self._sizes[-1:] < self._sizes[:1]:
+            state.vec.data = start
+            self._restart()
+            self._looked = True
+        return first, change
+
+    def adjoint(self, right: ngsolve.BaseVector) -> ngsolve.BaseVector:
+        """Solution with the transposed matrix, which there must be."""
+        assert self._factors is not None
+        solution = right.CreateVector()
+        self._factors.solve_transposed(right, solution)
+        return solution
+
+    def _restart(self):
+        """Forget updates: they are of another matrix or of another form."""
+        self._mixing, self._sizes = _Mixing(), []
 
     def _compute(
         self,
@@ -197,26 +251,6 @@ class ModifiedNewton:
         self._factors.solve(left, error)
         return not error.Norm() < ROUGHEST * update.Norm()
 
-    def adjoint(
-        self, state: ngsolve.GridFunction
-    ) -> Callable[[ngsolve.BaseVector], ngsolve.BaseVector]:
-        """Solver with the transposed matrix: the last one, or that at the state.
-
-        Raises:
-            FactorisationError: There is no last one, and that at the state is singular.
-        """
-        if self._factors is None:
-            self._form.AssembleLinearization(state.vec)
-            self._factors = factorise(self._form, self._free, self._precision)
-        factors = self._factors
-
-        def solve(right: ngsolve.BaseVector) -> ngsolve.BaseVector:
-            solution = right.CreateVector()
-            factors.solve_transposed(right, solution)
-            return solution
-
-        return solve
-
     def _give_up(self, result: Convergence, reason: str) -> Convergence:
         """The result with the reason; the matrix is of no further use."""
         self._factors = None
@@ -236,14 +270,18 @@ class _Mixing:
         self, state: ngsolve.BaseVector, update: ngsolve.BaseVector, applied: ngsolve.BaseVector
     ):
         """Combine the update at a state with those before, and apply it."""
-        self._states = [*self._states[-DEPTH:], state.FV().NumPy().copy()]
-        self._updates = [*self._updates[-DEPTH:], update.FV().NumPy().copy()]
+        self.remember(state, update)
         applied.data = update
         if len(self._states) > 1:
             states, updates = (np.diff(each, axis=0).T for each in (self._states, self._updates))
             shares, *_ = np.linalg.lstsq(updates, self._updates[-1])
             applied.FV().NumPy()[:] += (states - updates) @ shares
         state.data -= applied
+
+    def remember(self, state: ngsolve.BaseVector, update: ngsolve.BaseVector):
+        """An update at a state, to be combined with others later."""
+        self._states = [*self._states[-DEPTH:], state.FV().NumPy().copy()]
+        self._updates = [*self._updates[-DEPTH:], update.FV().NumPy().copy()]
 
     def go_back(self, state: ngsolve.BaseVector):
         """To the state whose update was smallest."""

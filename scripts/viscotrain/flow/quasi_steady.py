@@ -9,11 +9,11 @@ Ladder. The way to any De leads over the rungs 1, 3, 10, 30, ... below it, on th
 and in the order below the lowest that results are taken from. From its rung a De is reached by a
 branch of its own, so that what is found there does not depend on which others are asked for.
 
-Climb. From there the order is raised, and the error estimated in each (`refinement`). Where no
-order within the limits promises to be accurate, or only at a higher cost than on a finer mesh,
-there is such a mesh for this De, and a new climb up to this order on it, from well below: guesses
-from another mesh are poor, and low orders cost little. There the error tells early whether the
-mesh keeps its promise.
+Climb. From there the order is raised. The iteration of each order begins with the error of the
+order below (`refinement`), and goes on only if that is too large. Where no order within the limits
+promises to be accurate, or only at a higher cost than on a finer mesh, there is such a mesh for
+this De, and a new climb up to this order on it, from well below: guesses from another mesh are
+poor, and low orders cost little. There the error tells early whether the mesh keeps its promise.
 
 Stuck. Where a higher order cannot be solved, the mesh is refined by the error of the order below.
 Where nothing was found, the De is solved on the mesh of the start in short steps of De, as long as
@@ -204,7 +204,9 @@ def _plainly(path: Continuation, De: float, options: SolverOptions) -> _Found:
             break
     found = _Found(path.flow, convergence, iterations, fallback=True, reached=path.deborah)
     if convergence.converged:
-        found.judge(path.estimate(), options)
+        flow = path.flow.variant(path.flow.fluid, path.flow.velocity_order + 1)
+        above = Continuation(flow, SCOUT_TOLERANCE, options.steps, path)
+        found.judge(above.error_below(De), options)
         found.convergence = path.finish(options.tolerance)
     return found
 
@@ -301,7 +303,7 @@ class _Ladder:
 
     def _climb(
         self,
-        below: Continuation,
+        path: Continuation,
         De: float,
         higher: dict[int, Continuation],
         worth: float = math.inf,
@@ -309,31 +311,39 @@ class _Ladder:
         """Raise the order until the error is small or another mesh promises more.
 
         Args:
-            below: Is at De.
+            path: Is at De, one order below the lowest of results or above.
             De: lambda_1 Ubar/D.
             higher: Continuations on the same mesh by order, known from smaller De.
             worth: Error from which on another mesh is worth a trial.
         """
-        iterations, found = 0, None
+        iterations, found, plan = 0, None, None
+        if path.flow.velocity_order >= self._top.velocity_order:
+            found = _Found(path.flow, newton.Convergence(), 0)
         while True:
-            path = self._above(below, higher)
-            convergence, more = path.advance(De)
+            above = self._above(path, higher)
+            if found is not None:
+                found.judge(above.error_below(De), self._options)
+                if found.error is not None and not found.accurate:
+                    plan = self._plan(found, worth)
+                if plan is None or plan.sizes is not None:
+                    above.forget_matrix()
+                    return path, found, plan
+            convergence, more = above.advance(De)
             iterations += more
             if not convergence.converged:
-                error = found.error if found else below.estimate()
-                found = found or _Found(path.flow, convergence, 0)
+                error = found.error if found else above.error_below(De)
+                above.forget_matrix()
+                found = found or _Found(above.flow, convergence, 0)
                 found.iterations = iterations
-                return below, found, self._rescue(below, error)
-            found = _Found(path.flow, convergence, iterations)
-            found.judge(path.estimate(), self._options)
-            if found.accurate or found.error is None:
-                return path, found, None
-            allowed = _allowed(path.flow, self._options)
-            again = found.error.decisive <= worth and self._remesh is not None
-            plan = refinement.plan(path.flow, found.error, allowed, self._options.limits, again)
-            if plan is None or plan.sizes is not None:
-                return path, found, plan
-            below = path
+                return path, found, self._rescue(path, error)
+            path, found, plan = above, _Found(above.flow, convergence, iterations), None
+
+    def _plan(self, found: _Found, worth: float) -> refinement.Plan | None:
+        """How to become accurate, on another mesh only if the error is worth a trial."""
+        assert found.error is not None
+        again = found.error.decisive <= worth and self._remesh is not None
+        allowed = _allowed(found.flow, self._options)
+        return refinement.plan(found.flow, found.error, allowed, self._options.limits, again)
 
     def _above(self, below: Continuation, higher: dict[int, Continuation]) -> Continuation:
         """The continuation one order above."""

@@ -1,24 +1,26 @@
-"""Error of the velocities of the spheres, estimated element by element, and meshes that reduce it.
+"""Error of the velocities of the spheres, by the order above, and meshes that reduce it.
 
 A goal is a number J(x) = j . x of the unknowns x: the velocity of a sphere, or the relative
-velocity of two neighbours. With the solution x_l of the order below, embedded in the space of the
-order k, the residual R of order k and the adjoint solution z, (dR/dx)^T z = j,
+velocity of two neighbours. Both count: in a train, velocities of neighbours are those of different
+triplets, whose errors of U are common in part. The solution x_k of order k is embedded in the space
+of the order above. A few updates of its iteration there, with one matrix, change J by what that
+order adds: a distance with a sign (hierarchical estimate; R. E. Bank & R. K. Smith, SIAM J. Numer.
+Anal. 30, 1993, 921).
+It can be small by chance, and says nothing of what further orders add. With the residual R and the
+adjoint solution z of that order, (dR/dx)^T z = j, the first of them is a sum over elements K,
 
-    J(x_k) - J(x_l) = -z . R(x_l) + second order = sum over elements K of eta_K
+    J(x_k+1) - J(x_k) = -z . R(x_k) + second order = sum over K of eta_K
 
-(dual-weighted residual in a hierarchical basis; R. Becker & R. Rannacher, Acta Numerica 10, 2001,
-1; R. E. Bank & R. K. Smith, SIAM J. Numer. Anal. 30, 1993, 921). Only the unknowns that order k
-adds contribute, because x_l makes the others vanish. So eta_K is the share of K in the error of the
-order below. In the order k itself it is smaller by what one more order gains. Of both factors, the
-solution and the adjoint one, each gains as the conformation in K decays from degree k - 2 to degree
-k - 1, by r_K and s_K: about 1/4 where the solution is smooth, about one in a layer that the mesh
-does not resolve. Signs are as good as random, since most of a transported error cancels, so
+(dual-weighted residual; R. Becker & R. Rannacher, Acta Numerica 10, 2001, 1). Most of it cancels,
+since errors are transported; as if the signs were random,
 
-    error of J = `SAFETY` [sum over K of eta_K^2 r_K s_K]^(1/2).
+    error of J = `SEEN` |J(x_k+1) - J(x_k)| + `UNSEEN` [sum over K of eta_K^2]^(1/2).
 
-Of (r_K s_K)^n, n = 1/2 scatters least about true errors; `SAFETY` is such that at most one in
-twenty is larger. One more order multiplies it by about the mean of r_K s_K, weighted with |eta_K|,
-to the power `GAIN_POWER`.
+Both factors are fitted to true errors (docs/accuracy.md). One more order divides the contribution
+of K by what the solution and the adjoint solution gain, each as the conformation in K decays from
+the degree below the highest to the highest, by r_K and s_K: about 1/4 where the solution is smooth,
+about one in a layer that the mesh does not resolve. So it multiplies the error by about the mean of
+r_K s_K, weighted with |eta_K|, to the power `GAIN_POWER`.
 
 The new mesh has elements of such sizes h that all contribute the same. What comes from one element
 goes like h^(2 + q), with q between that of an unresolved layer and that of a smooth solution,
@@ -26,7 +28,7 @@ goes like h^(2 + q), with q between that of an unresolved layer and that of a sm
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -37,17 +39,20 @@ from numpy.typing import NDArray
 
 from viscotrain.flow.discretisation import Flow
 from viscotrain.flow.meshes import Sizes
+from viscotrain.flow.newton import ModifiedNewton
 
-SAFETY = 2.4  # fitted to 337 true errors (docs/accuracy.md)
+SEEN, UNSEEN = 5.0, 1.0  # fitted to true errors (docs/accuracy.md)
+OF_VELOCITY = 0.5  # what an error of U counts beside those of relative velocities
+UPDATES = 4  # in the order above: goals settle well before the rest does
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
 RATES = 0.5, 3.0
 SMOOTH = 1 / 16  # product of the decays of a smooth solution
 FINEST, COARSEST = 0.4, 1.0  # change of the size of an element in one refinement
 MESHED = 1.07  # sizes of the triangles that Netgen makes, over those asked for
-RESERVE = 3.0  # error on a new mesh over what its sizes promise
+RESERVE = 2.0  # error on a new mesh over what its sizes promise
 LEAST_REDUCTION = 2.0  # of an error that remains too large, for which a new mesh is made
 LEAST_GAIN = 1.3  # the same, for which a higher order is solved
-ANOTHER_MESH = 2.0  # cost on a new mesh, which may not keep its promise, over that on the same
+ANOTHER_MESH = 1.5  # cost on a new mesh, which may not keep its promise, over that on the same
 GAIN_POWER = 0.7  # of the mean of r_K s_K: what one more order has been seen to gain
 ORDERS_BELOW = 3  # on a new mesh, that are solved before the one to end with
 LOWEST_ORDER = 3  # with an estimate of the error
@@ -70,8 +75,8 @@ class Estimate:
         order: Of the velocity.
         velocity: Of the velocity of the reference sphere, in Ubar.
         relative: Of the relative velocities of neighbours, along the flow, in Ubar.
-        contributions: (elements,) to the error that counts: the largest of `relative`, or
-            `velocity` for a single sphere; empty if they are not known.
+        contributions: (elements,) to the error that counts, `decisive`; empty if they are not
+            known.
         rates: (elements,) exponents q of the size with which these fall.
         gain: Error in the next order over that in this one, about.
     """
@@ -85,8 +90,10 @@ class Estimate:
 
     @property
     def decisive(self) -> float:
-        """The error that counts: that of the relative velocities, of U for a single sphere."""
-        return max(self.relative, default=self.velocity)
+        """The error that counts: of relative velocities and, by half, of U; of U if it is alone."""
+        if not self.relative:
+            return self.velocity
+        return max(*self.relative, OF_VELOCITY * self.velocity)
 
     def ahead(self, order: int) -> float:
         """What `decisive` is in this order or a higher one on the same mesh, about."""
@@ -100,40 +107,38 @@ class Plan(NamedTuple):
     sizes: Sizes | None
 
 
-def estimate(
-    flow: Flow,
-    below: ngsolve.BaseVector,
-    adjoint: Callable[[ngsolve.BaseVector], ngsolve.BaseVector],
-) -> Estimate:
+def estimate(flow: Flow, above: Flow, iteration: ModifiedNewton) -> Estimate:
     """Estimate the errors of a solution.
 
     Args:
-        flow: Its state is the solution; at least of order 3.
-        below: Solution in the order below, embedded in the space of the flow.
-        adjoint: Solves with the transposed matrix of the linearised viscoelastic residual.
+        flow: Its state is the solution.
+        above: The same in the order above; its state is the solution, embedded.
+        iteration: Of the viscoelastic flow in that order; begins there.
+
+    Raises:
+        FactorisationError: Its matrix is singular.
     """
-    residual = flow.state.vec.CreateVector()
-    flow.viscoelastic.Apply(below, residual)
-    weights = residual.FV().NumPy().copy()
-    weights[~np.fromiter(flow.free, bool, len(flow.free))] = 0.0
-    elements = _Elements(flow)
-    decay = elements.decay(flow.fields().psi)
-    z = GridFunction(flow.space)
+    residual, change = iteration.look(above.state, UPDATES)
+    elements = _Elements(above)
+    decay = _Elements(flow).decay(flow.fields().psi)
+    z = GridFunction(above.space)
     totals, found = [], []
-    for goal in _goals(flow):
-        z.vec.data = adjoint(goal)
-        shares = np.abs(elements.sums(z.vec.FV().NumPy() * weights))
-        gains = decay * elements.decay(flow.grouped(z.components).psi)
+    for goal in _goals(above):
+        z.vec.data = iteration.adjoint(goal)
+        shares = np.abs(elements.sums(z.vec.FV().NumPy() * residual.FV().NumPy()))
+        gains = decay * elements.decay(above.grouped(z.components).psi)
         found.append((shares, gains))
-        totals.append(SAFETY * float(np.linalg.norm(shares * np.sqrt(gains))))
-    decisive = int(np.argmax(totals[1:])) + 1 if len(totals) > 1 else 0
+        seen = abs(ngsolve.InnerProduct(goal, change))
+        totals.append(SEEN * seen + UNSEEN * float(np.linalg.norm(shares)))
+    counts = np.array([OF_VELOCITY if len(totals) > 1 else 1.0] + [1.0] * (len(totals) - 1))
+    decisive = int(np.argmax(counts * totals))
     shares, gains = found[decisive]
     smoothness = np.minimum(np.log(gains) / np.log(SMOOTH), 1.0)
     return Estimate(
         order=flow.velocity_order,
         velocity=totals[0],
         relative=tuple(totals[1:]),
-        contributions=shares * np.sqrt(gains),
+        contributions=counts[decisive] * shares,
         rates=RATES[0] + (RATES[1] - RATES[0]) * smoothness,
         gain=float(shares @ gains / shares.sum()) ** GAIN_POWER,
     )
@@ -189,7 +194,7 @@ def _same_mesh(
         return None
     if left > max(allowed, error.decisive / LEAST_GAIN):
         return None
-    orders = range(error.order + 1, order + 1)
+    orders = range(error.order + 2, order + 2)
     return (max(left / allowed, 1.0), _cost(flow.mesh.ne, orders, modes)), Plan(order, None)
 
 
@@ -202,12 +207,12 @@ def _another_mesh(
     sizes, elements, left = refined(flow.mesh, error, order, allowed, most)
     if left > max(allowed, error.decisive / LEAST_REDUCTION) or elements > 1.01 * most:
         return None
-    cost = ANOTHER_MESH * _cost(elements, range(first_order(order), order + 1), modes)
+    cost = ANOTHER_MESH * _cost(elements, range(first_order(order), order + 2), modes)
     return (max(left / allowed, 1.0), cost), Plan(order, sizes)
 
 
 def _cost(elements: float, orders: Iterable[int], modes: int) -> float:
-    """Of solving in these orders, one after the other; about that of the factorisations."""
+    """About: of factorisations in these orders."""
     return elements * sum(unknowns_per_element(k, modes) ** 1.5 for k in orders)
 
 

@@ -144,7 +144,7 @@ def _result(solution: quasi_steady.Solution) -> dict:
         result |= dict(zip(pairs, map(float, relative), strict=True))
     if solution.error is not None:
         result |= {
-            "estimate": solution.estimated_error,
+            "estimate": max(solution.error.relative, default=solution.error.velocity),
             "estimate_velocity": solution.error.velocity,
         }
         estimates = map(float, solution.error.relative)
