@@ -131,9 +131,7 @@ class ModifiedNewton:
                 result.reason = f"factorisation failed: {error}"
                 return result
             if size < tolerance and all(abs(x) < watch_tolerance for x in watch(update)):
-                self._mixing.remember(state.vec, update)
-                self._sizes.append(size)
-                state.vec.data -= update
+                self._end(state, update, size)
                 return result
             if step == 0:
                 firsts.append(size)
@@ -146,9 +144,7 @@ class ModifiedNewton:
                 state.vec.data += step * last
                 continue
             elif _is_slow([*self._sizes, size], tolerance, self._patience):
-                self._factors = None
-                if not size <= min(self._sizes):
-                    self._mixing.go_back(state.vec)
+                self._drop_matrix(state, size)
                 continue
             self._mixing.apply(state.vec, update, last)
             self._sizes.append(size)
@@ -195,6 +191,18 @@ class ModifiedNewton:
         solution = right.CreateVector()
         self._factors.solve_transposed(right, solution)
         return solution
+
+    def _end(self, state: ngsolve.GridFunction, update: ngsolve.BaseVector, size: float):
+        """Apply the last update, which others may be combined with later."""
+        self._mixing.remember(state.vec, update)
+        self._sizes.append(size)
+        state.vec.data -= update
+
+    def _drop_matrix(self, state: ngsolve.GridFunction, size: float):
+        """Make another one next, at the state whose update was smallest; `size`: of the last."""
+        self._factors = None
+        if not size <= min(self._sizes):
+            self._mixing.go_back(state.vec)
 
     def _restart(self):
         """Forget updates: they are of another matrix or of another form."""
