@@ -385,7 +385,7 @@ def test_where_they_are_not_precision_is_doubled(flow, monkeypatch, fault):
     def faulty(matrices):
         found = right(matrices)
         if matrices.dtype == np.float32:
-            found[0] *= 4.0 if fault == "wrong" else 1.0
+            found[0] *= 4.0 if fault == "wrong" else 1.0  # by 1.5 updates are within `ROUGHEST`
             found[0, 0, 0] = np.nan if fault == "not finite" else found[0, 0, 0]
         return found
 

@@ -305,8 +305,8 @@ class Resolution(Section):
         le=50,
     )
     accuracy: float = key(
-        "estimated error of relative velocities, of the velocity itself for a single sphere, down "
-        "to which the order is raised and the mesh refined",
+        "estimated error of relative velocities, and half of that of the velocity itself (all "
+        "of it for a single sphere), down to which the order is raised and the mesh refined",
         unit="Ubar",
         default=1e-5,
         ge=1e-12,

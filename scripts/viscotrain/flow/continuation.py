@@ -141,7 +141,6 @@ class Continuation:
     def finish(self, tolerance: float) -> newton.Convergence:
         """Go on with the iteration where it is, until the velocities are as accurate, too."""
         self.restore()
-        begun = self._newton is not None
         iteration = self._newton or newton.ModifiedNewton(self.flow.viscoelastic, self.flow.free)
         convergence = iteration.solve(
             self.flow.state,
@@ -149,7 +148,7 @@ class Continuation:
             max_iterations=self._max_iterations,
             watch=self.flow.speeds,
             watch_tolerance=VELOCITY_TOLERANCE,
-            onwards=begun,
+            onwards=True,
         )
         self._newton = None  # its factors take much memory
         if convergence.converged:
@@ -183,15 +182,15 @@ class Continuation:
             form, free = self.flow.viscoelastic, self.flow.free
         else:
             form, free = self.flow.newtonian, self.flow.free_newtonian
-        begun, self._begun = self._begun, None
-        self._newton = begun or newton.ModifiedNewton(form, free)
+        self._newton = self._begun or newton.ModifiedNewton(form, free)
+        self._begun = None
         return self._newton.solve(
             self.flow.state,
             tolerance=tolerance,
             max_iterations=self._max_iterations,
             watch=self.flow.speeds,
             watch_tolerance=of_velocities,
-            onwards=begun is not None,
+            onwards=True,
         )
 
     def _walk(self, De: float) -> tuple[newton.Convergence, int]:

@@ -163,6 +163,9 @@ class ModifiedNewton:
             state: Where to look.
             count: Of updates, which are combined; fewer if they grow without a bound.
 
+        Returns:
+            Residual at the given state, and change of the state; zero if the first update diverges.
+
         Raises:
             FactorisationError: The matrix is singular.
         """

@@ -55,7 +55,7 @@ LEAST_GAIN = 1.3  # the same, for which a higher order is solved
 ANOTHER_MESH = 1.5  # cost on a new mesh, which may not keep its promise, over that on the same
 GAIN_POWER = 0.7  # of the mean of r_K s_K: what one more order has been seen to gain
 ORDERS_BELOW = 3  # on a new mesh, that are solved before the one to end with
-LOWEST_ORDER = 3  # with an estimate of the error
+LOWEST_ORDER = 3  # that a new mesh is solved in first
 ABOUT = 1.1  # unknowns that there may be, over those that a mesh is made for
 MANY_ELEMENTS = 50  # an unknown that belongs to more is no unknown of an element
 
