@@ -190,10 +190,10 @@ def test_what_is_found_does_not_depend_on_the_other_deborah_numbers():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("highest", [3, 7])
-def test_meshes_or_orders_are_raised_until_the_estimate_is_small(highest):
+@pytest.mark.parametrize(("highest", "finest"), [(3, 5e-5), (7, 1e-6)])
+def test_meshes_or_orders_are_raised_until_the_estimate_is_small(highest, finest):
     found = []
-    for accuracy in (1e-2, 5e-5):
+    for accuracy in (1e-2, finest):
         config = study(
             deborah=(2.0,),
             accuracy=accuracy,
@@ -204,7 +204,7 @@ def test_meshes_or_orders_are_raised_until_the_estimate_is_small(highest):
         ((_, solution),) = solutions(config, triplet(config, math.inf, 1.5))
         assert solution.accurate
         assert max(solution.error.relative) <= solution.estimated_error <= accuracy
-        assert solution.error.velocity / 2 <= solution.estimated_error
+        assert solution.error.velocity <= solution.estimated_error
         found.append(solution)
     coarse, fine = found
     orders = coarse.flow.velocity_order, fine.flow.velocity_order
@@ -268,12 +268,12 @@ def test_the_lowest_order_that_is_accurate_is_the_result(same_mesh, share, order
     assert np.abs(difference).max() < rough.estimated_error
 
 
-@pytest.mark.parametrize("accuracy", [1.0, 9e-4, 1e-4])
+@pytest.mark.parametrize("accuracy", [1.0, 1.1e-3, 1e-4])
 def test_nothing_begun_at_one_deborah_number_is_used_at_the_next(same_mesh, accuracy):
     """In the middle one the first is accurate in order 3, in which the other begins order 4."""
     wanted = options(accuracy=accuracy)
     first, both = quasi_steady.solve(coarse_pair(), [1.0, 2.0], wanted)
-    orders = {1.0: (3, 3), 9e-4: (3, 4), 1e-4: (4, 4)}
+    orders = {1.0: (3, 3), 1.1e-3: (3, 4), 1e-4: (4, 4)}
     assert (first.error.order, both.error.order) == orders[accuracy]
     (alone,) = quasi_steady.solve(coarse_pair(), [2.0], wanted)
     assert both.flow.velocity_order == alone.flow.velocity_order

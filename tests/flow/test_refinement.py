@@ -188,7 +188,7 @@ def test_error_of_a_coarse_solution_is_within_its_estimate(coarse):
 
 
 def test_an_estimate_has_what_is_seen_and_what_is_not(coarse):
-    """The elements are those of the space above; the goal that counts is the worst one."""
+    """The elements are those of the space above; each has what it contributes most."""
     found, above = estimated(coarse), raised(coarse)
     iteration, elements = begun(above), refinement._Elements(above)
     residual, change = iteration.look(above.state, refinement.UPDATES)
@@ -199,10 +199,22 @@ def test_an_estimate_has_what_is_seen_and_what_is_not(coarse):
     unseen = np.sqrt(np.sum(np.square(shares), axis=1))
     expected = refinement.SEEN * np.abs(of_goals(above, change)) + refinement.UNSEEN * unseen
     assert [found.velocity, *found.relative] == pytest.approx(expected, rel=1e-6)
-    counts = np.array([1.0 if len(shares) == 1 else 0.5] + [1.0] * len(found.relative))
-    worst = int(np.argmax(counts * expected))
-    assert found.decisive == pytest.approx((counts * expected)[worst], rel=1e-6)
-    assert found.contributions == pytest.approx(counts[worst] * shares[worst], rel=1e-6, abs=1e-12)
+    counts = np.array([0.5 if len(shares) == 3 else 1.0] + [1.0] * len(found.relative))
+    assert found.decisive == pytest.approx((counts * expected).max(), rel=1e-6)
+    largest = (counts[:, None] * shares).max(axis=0)
+    assert found.contributions == pytest.approx(largest, rel=1e-6, abs=1e-12)
+    if len(shares) > 1:  # no goal alone has them all
+        assert min(np.sum(largest > 1.01 * each) for each in counts[:, None] * shares) > 0
+
+
+@pytest.mark.parametrize(
+    "relative, expected", [((), 8.0), ((2.0,), 8.0), ((9.0,), 9.0), ((2.0, 1.0), 4.0)]
+)
+def test_an_error_of_u_counts_by_half_in_triplets(relative, expected):
+    """And fully in pairs: relative velocities of triplets are interpolated from it."""
+    none = np.array([])
+    error = refinement.Estimate(3, 8.0, relative, none, none, gain=0.1)
+    assert error.decisive == expected
 
 
 def test_an_order_ahead_is_what_its_estimate_will_be(pair):
@@ -252,14 +264,14 @@ def test_decay_of_a_known_polynomial(degree):
 def test_decay_is_that_of_the_conformation():
     """The highest degree over the one below; at most one, and not below noise."""
     flow = make_flow(STUDY, triplet(STUDY, math.inf, math.inf))
-    elements = refinement._Elements(flow)
+    decays = refinement._Decays(flow)
     z, r = ngsolve.x, ngsolve.y
-    smooth = elements.decay([(1 + z + r,)])
+    smooth = decays.of([(1 + z + r,)])
     assert np.median(smooth) == refinement.SMOOTHEST  # more in curved elements
-    curved = elements.decay([(1 + z + r + 10 * z * r,)])
-    steeper = elements.decay([(1 + z + r + 20 * z * r,)])
+    curved = decays.of([(1 + z + r + 10 * z * r,)])
+    steeper = decays.of([(1 + z + r + 20 * z * r,)])
     assert steeper.sum() > 1.05 * curved.sum() and steeper.max() <= 1
-    rough = elements.decay([(ngsolve.sin(200 * z) * ngsolve.cos(170 * r),)])
+    rough = decays.of([(ngsolve.sin(200 * z) * ngsolve.cos(170 * r),)])
     assert np.median(rough) > 0.5
 
 

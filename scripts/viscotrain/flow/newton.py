@@ -14,8 +14,9 @@ updates is smallest. They need not shrink one by one: the matrix is kept while t
 would be worth (`PATIENCE`); and from one solve to the next of the same `ModifiedNewton`. Otherwise
 there is a new one, at the state whose update was smallest.
 
-Factors are of single precision. The residual of the linearised equations that a first update leaves
-is known from a difference of residuals; where its correction is not small, precision is doubled.
+Factors are of single precision. Where the second update is not much smaller than the first, the
+residual of the linearised equations that the first one left is taken from a difference of
+residuals; if its correction is not small, precision is doubled.
 """
 
 import math
@@ -39,6 +40,7 @@ WINDOW = 8  # updates that a rate of contraction is taken from
 ROUGHEST = 0.03  # error of an update, over it, with factors in single precision
 DIFFERENCE = 1e-6  # rms change of the unknowns that this error is seen from
 SHORTEST_STEP = 1 / 32  # share of an update
+SEEN_ENOUGH = 0.01  # update of a look, over its first, with which it ends
 STALL = 4  # factorisations in which the update must have halved
 DIVERGENCE = 1e3  # rms update at which the iteration is given up: unknowns are of order one
 
@@ -78,14 +80,19 @@ class ModifiedNewton:
     Args:
         form: Residual, with a linearisation.
         free: Unknowns to solve for.
+        precision: Of the factors of a `BatchedForm`, to begin with.
     """
 
-    def __init__(self, form: ngsolve.BilinearForm | BatchedForm, free: ngsolve.BitArray):
-        self._form, self._free = form, free
+    def __init__(
+        self,
+        form: ngsolve.BilinearForm | BatchedForm,
+        free: ngsolve.BitArray,
+        precision: Precision = np.float32,
+    ):
+        self._form, self._free, self._precision = form, free, precision
         self._patience = PATIENCE * _order(form.space) ** 2
         self._onto_free = ngsolve.Projector(free, True)
         self._factors: VectorFactors | NgsolveFactors | None = None
-        self._precision: Precision = np.float32
         self._mixing = _Mixing()
         self._sizes: list[float] = []  # rms of the updates with this matrix
         self._looked = False  # whether the matrix is that of the state, and no update is applied
@@ -110,12 +117,10 @@ class ModifiedNewton:
             prepare: Called before each residual, to change what the form takes from the state.
             watch: Numbers of the last update, linear in it, that must be small, too.
             watch_tolerance: How small they must be.
-            onwards: Whether form and state are as the last solve or look left them: updates go on
-                to be combined with those before.
+            onwards: Whether form and state are as the last solve or look left them, to go on.
         """
-        result = Convergence()
+        result, firsts = Convergence(), []  # rms of the first update with each matrix
         residual, update, last = (state.vec.CreateVector() for _ in range(3))
-        firsts = []  # rms of the first update with each matrix
         if not onwards:
             self._restart()
         step = 1.0 if self._sizes else 0.0  # share applied of `last`; 0: none with this matrix
@@ -124,7 +129,6 @@ class ModifiedNewton:
             prepare()
             if self._factors is None:
                 step, fresh = 0.0, True
-                self._restart()
             try:
                 size = self._compute(state, residual, update, result)
             except FactorisationError as error:
@@ -137,6 +141,9 @@ class ModifiedNewton:
                 firsts.append(size)
                 if reason := _hopeless(firsts):
                     return self._give_up(result, reason)
+            elif fresh and step == 1 and self._is_rough(state, last, size):
+                self._drop_matrix(state, size, np.float64)
+                continue
             elif fresh and not size < (1 - step / 4) * self._sizes[-1]:  # `last` was too long
                 if step <= SHORTEST_STEP:
                     return self._give_up(result, "stuck")
@@ -161,7 +168,8 @@ class ModifiedNewton:
 
         Args:
             state: Where to look.
-            count: Of updates, which are combined; fewer if they grow without a bound.
+            count: Of updates, which are combined, at most: fewer if they have become small beside
+                the first, or grow without a bound.
 
         Returns:
             Residual at the given state, and change of the state; zero if the first update diverges.
@@ -169,7 +177,7 @@ class ModifiedNewton:
         Raises:
             FactorisationError: The matrix is singular.
         """
-        start, first, residual, update, change = (state.vec.CreateVector() for _ in range(5))
+        start, first, residual, update, last, change = (state.vec.CreateVector() for _ in range(6))
         start.data, change[:] = state.vec, 0.0
         self._factors = None
         self._restart()
@@ -177,11 +185,16 @@ class ModifiedNewton:
             size = self._compute(state, residual, update, Convergence())
             if not self._sizes:
                 first.data = residual
+            elif len(self._sizes) == 1 and self._is_rough(state, last, size):
+                self._precision, state.vec.data = np.float64, start
+                return self.look(state, count)
             if not size < DIVERGENCE:
                 break
-            self._mixing.apply(state.vec, update, residual)
+            self._mixing.apply(state.vec, update, last)
             self._sizes.append(size)
             change.data = state.vec - start
+            if size < SEEN_ENOUGH * self._sizes[0]:
+                break
         if not self._sizes[-1:] < self._sizes[:1]:
             state.vec.data = start
             self._restart()
@@ -201,11 +214,14 @@ class ModifiedNewton:
         self._sizes.append(size)
         state.vec.data -= update
 
-    def _drop_matrix(self, state: ngsolve.GridFunction, size: float):
+    def _drop_matrix(
+        self, state: ngsolve.GridFunction, size: float, precision: Precision | None = None
+    ):
         """Make another one next, at the state whose update was smallest; `size`: of the last."""
-        self._factors = None
+        self._factors, self._precision = None, precision or self._precision
         if not size <= min(self._sizes):
             self._mixing.go_back(state.vec)
+        self._restart()
 
     def _restart(self):
         """Forget updates: they are of another matrix or of another form."""
@@ -229,32 +245,42 @@ class ModifiedNewton:
             self._form.AssembleLinearization(state.vec)
             self._factors = factorise(self._form, self._free, self._precision)
             result.factorisations += 1
-            self._factors.solve(residual, update)
-            if self._is_rough(state, residual, update):
-                self._precision = np.float64
-                self._factors = factorise(self._form, self._free, self._precision)
-                result.factorisations += 1
         self._factors.solve(residual, update)
+        if self._is_single and math.isfinite(residual.Norm()) > math.isfinite(update.Norm()):
+            self._factors, self._precision = None, np.float64
+            return self._compute(state, residual, update, result)
         root_of_size = math.sqrt(self._free.NumSet())
         size = update.Norm() / root_of_size
         result.residuals.append(residual.Norm() / root_of_size)
         result.updates.append(size)
         return size
 
+    @property
+    def _is_single(self) -> bool:
+        """Whether factors are of single precision."""
+        return isinstance(self._form, BatchedForm) and self._precision is np.float32
+
     def _is_rough(
-        self,
-        state: ngsolve.GridFunction,
-        residual: ngsolve.BaseVector,
-        update: ngsolve.BaseVector,
+        self, state: ngsolve.GridFunction, update: ngsolve.BaseVector, after: float
     ) -> bool:
-        """Whether new factors are too imprecise for the update at a state, by its own residual."""
+        """Whether new factors were too imprecise for their first update, by its own residual.
+
+        Args:
+            state: The update is applied.
+            update: The first one.
+            after: Rms of the next one; where that is small no more needs to be known.
+        """
         assert self._factors is not None
-        if not isinstance(self._form, BatchedForm) or self._precision is np.float64:
+        if not self._is_single:
             return False
-        left, error = residual.CreateVector(), update.CreateVector()
         size = update.Norm() / math.sqrt(self._free.NumSet())
+        if after < ROUGHEST * size:
+            return False
+        residual, left, error = (update.CreateVector() for _ in range(3))
+        error.data = state.vec + update
+        self._form.Apply(error, residual)
         length = DIFFERENCE / max(size, DIFFERENCE)
-        error.data = state.vec - length * update
+        error.data -= length * update
         self._form.Apply(error, left)  # residual - length matrix update
         left -= (1 - length) * residual
         left *= 1 / length
@@ -265,6 +291,7 @@ class ModifiedNewton:
     def _give_up(self, result: Convergence, reason: str) -> Convergence:
         """The result with the reason; the matrix is of no further use."""
         self._factors = None
+        self._restart()
         last = result.updates[-1]
         result.reason = f"{reason}: update {last:.1e} in iteration {result.iterations}"
         return result

@@ -30,6 +30,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import ngsolve
+import numpy as np
 
 from viscotrain.flow import newton, refinement
 from viscotrain.flow.continuation import GUESS_TOLERANCE, Continuation, Steps
@@ -224,7 +225,8 @@ def _newtonian(flow: Flow, options: SolverOptions) -> _Found:
     order = max(flow.velocity_order, NEWTONIAN_ORDER)
     below, solver = (flow.variant(NEWTONIAN, k) for k in (order - 2, order))
     for each in (below, solver):
-        iteration = newton.ModifiedNewton(each.newtonian, each.free_newtonian)
+        # linear: with factors of double precision the second update is the last
+        iteration = newton.ModifiedNewton(each.newtonian, each.free_newtonian, np.float64)
         convergence = iteration.solve(
             each.state, tolerance=options.tolerance, max_iterations=options.max_iterations
         )

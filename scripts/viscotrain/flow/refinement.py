@@ -1,8 +1,9 @@
 """Error of the velocities of the spheres, by the order above, and meshes that reduce it.
 
-A goal is a number J(x) = j . x of the unknowns x: the velocity of a sphere, or the relative
-velocity of two neighbours. Both count: in a train, velocities of neighbours are those of different
-triplets, whose errors of U are common in part. The solution x_k of order k is embedded in the space
+A goal is a number J(x) = j . x of the unknowns x: the velocity U of a sphere, or the relative
+velocity of two neighbours. U counts, too: relative velocities of triplets are interpolated from U
+of pairs, and those in a train are differences of U of triplets, whose errors are common in part.
+The solution x_k of order k is embedded in the space
 of the order above. A few updates of its iteration there, with one matrix, change J by what that
 order adds: a distance with a sign (hierarchical estimate; R. E. Bank & R. K. Smith, SIAM J. Numer.
 Anal. 30, 1993, 921).
@@ -22,9 +23,10 @@ the degree below the highest to the highest, by r_K and s_K: about 1/4 where the
 about one in a layer that the mesh does not resolve. So it multiplies the error by about the mean of
 r_K s_K, weighted with |eta_K|, to the power `GAIN_POWER`.
 
-The new mesh has elements of such sizes h that all contribute the same. What comes from one element
-goes like h^(2 + q), with q between that of an unresolved layer and that of a smooth solution,
-`RATES`, by how far r_K s_K is between 1 and 1/16.
+The new mesh has elements of such sizes h that all contribute the same, each to the goal that it
+contributes most to: what is fine enough for one velocity need not be so for another. What comes
+from one element goes like h^(2 + q), with q between that of an unresolved layer and that of a
+smooth solution, `RATES`, by how far r_K s_K is between 1 and 1/16.
 """
 
 import math
@@ -42,18 +44,18 @@ from viscotrain.flow.meshes import Sizes
 from viscotrain.flow.newton import ModifiedNewton
 
 SEEN, UNSEEN = 5.0, 1.0  # fitted to true errors (docs/accuracy.md)
-OF_VELOCITY = 0.5  # what an error of U counts beside those of relative velocities
+OF_VELOCITY = 0.5  # what an error of U counts in a triplet, beside those of relative velocities
 UPDATES = 4  # in the order above: goals settle well before the rest does
 SMOOTHEST = 0.02  # r_K and s_K are not below; numerical noise decays no faster
 RATES = 0.5, 3.0
 SMOOTH = 1 / 16  # product of the decays of a smooth solution
 FINEST, COARSEST = 0.4, 1.0  # change of the size of an element in one refinement
 MESHED = 1.07  # sizes of the triangles that Netgen makes, over those asked for
-RESERVE = 2.0  # error on a new mesh over what its sizes promise
+RESERVE = 3.0  # error on a new mesh over what its sizes promise
 LEAST_REDUCTION = 2.0  # of an error that remains too large, for which a new mesh is made
 LEAST_GAIN = 1.3  # the same, for which a higher order is solved
 ANOTHER_MESH = 1.5  # cost on a new mesh, which may not keep its promise, over that on the same
-GAIN_POWER = 0.7  # of the mean of r_K s_K: what one more order has been seen to gain
+GAIN_POWER = 0.5  # of the mean of r_K s_K: what one more order has been seen to gain
 ORDERS_BELOW = 3  # on a new mesh, that are solved before the one to end with
 LOWEST_ORDER = 3  # that a new mesh is solved in first
 ABOUT = 1.1  # unknowns that there may be, over those that a mesh is made for
@@ -90,10 +92,9 @@ class Estimate:
 
     @property
     def decisive(self) -> float:
-        """The error that counts: of relative velocities and, by half, of U; of U if it is alone."""
-        if not self.relative:
-            return self.velocity
-        return max(*self.relative, OF_VELOCITY * self.velocity)
+        """The error that counts: of relative velocities and of U, that by half in triplets."""
+        totals = [self.velocity, *self.relative]
+        return float(max(_counts(len(totals)) * totals))
 
     def ahead(self, order: int) -> float:
         """What `decisive` is in this order or a higher one on the same mesh, about."""
@@ -119,28 +120,30 @@ def estimate(flow: Flow, above: Flow, iteration: ModifiedNewton) -> Estimate:
         FactorisationError: Its matrix is singular.
     """
     residual, change = iteration.look(above.state, UPDATES)
-    elements = _Elements(above)
-    decay = _Elements(flow).decay(flow.fields().psi)
+    elements, decays = _Elements(above), _Decays(above)
+    decay = _Decays(flow).of(flow.fields().psi)
     z = GridFunction(above.space)
     totals, found = [], []
     for goal in _goals(above):
         z.vec.data = iteration.adjoint(goal)
         shares = np.abs(elements.sums(z.vec.FV().NumPy() * residual.FV().NumPy()))
-        gains = decay * elements.decay(above.grouped(z.components).psi)
+        gains = decay * decays.of(above.grouped(z.components).psi)
         found.append((shares, gains))
         seen = abs(ngsolve.InnerProduct(goal, change))
         totals.append(SEEN * seen + UNSEEN * float(np.linalg.norm(shares)))
-    counts = np.array([OF_VELOCITY if len(totals) > 1 else 1.0] + [1.0] * (len(totals) - 1))
+    counts = _counts(len(totals))
+    shares, gains = np.array(found).swapaxes(0, 1)
     decisive = int(np.argmax(counts * totals))
-    shares, gains = found[decisive]
-    smoothness = np.minimum(np.log(gains) / np.log(SMOOTH), 1.0)
+    mean_gain = float(shares[decisive] @ gains[decisive] / shares[decisive].sum())
+    largest = np.argmax(counts[:, None] * shares, axis=0), np.arange(flow.mesh.ne)
+    smoothness = np.minimum(np.log(gains[largest]) / np.log(SMOOTH), 1.0)
     return Estimate(
         order=flow.velocity_order,
         velocity=totals[0],
         relative=tuple(totals[1:]),
-        contributions=counts[decisive] * shares,
+        contributions=(counts[:, None] * shares)[largest],
         rates=RATES[0] + (RATES[1] - RATES[0]) * smoothness,
-        gain=float(shares @ gains / shares.sum()) ** GAIN_POWER,
+        gain=mean_gain**GAIN_POWER,
     )
 
 
@@ -272,6 +275,13 @@ def _goals(flow: Flow) -> list[ngsolve.BaseVector]:
     return [_difference(flow, one, other) for one, other in pairs]
 
 
+def _counts(goals: int) -> NDArray:
+    """What errors of goals count: those of U and of the relative velocities."""
+    counts = np.ones(goals)
+    counts[0] = OF_VELOCITY if goals > 2 else 1.0
+    return counts
+
+
 def _difference(flow: Flow, one: str, other: str) -> ngsolve.BaseVector:
     """The vector j of the goal u_z on one boundary minus u_z on another."""
     goal = flow.state.vec.CreateVector()
@@ -283,7 +293,7 @@ def _difference(flow: Flow, one: str, other: str) -> ngsolve.BaseVector:
 
 
 class _Elements:
-    """Sums over unknowns, and norms, per element.
+    """Sums over unknowns per element.
 
     An unknown on a side belongs to both elements by halves, and so on.
     """
@@ -298,17 +308,23 @@ class _Elements:
         count = np.bincount(self._unknowns, minlength=flow.space.ndof)
         share = np.where(count <= MANY_ELEMENTS, 1 / np.maximum(count, 1), 0.0)
         self._shares, self._size = share[self._unknowns], flow.mesh.ne
-        self._degree = flow.velocity_order - 1
-        rule = ngsolve.IntegrationRule(ngsolve.TRIG, 2 * self._degree)
-        self._points = flow.mesh.MapToAllElements(rule, ngsolve.VOL)
-        self._transform, self._degrees = _orthonormal(rule, self._degree)
 
     def sums(self, values: NDArray) -> NDArray:
         """Sum over the unknowns of each element."""
         weights = values[self._unknowns] * self._shares
         return np.bincount(self._elements, weights=weights, minlength=self._size)
 
-    def decay(self, modes) -> NDArray:
+
+class _Decays:
+    """How fast psi falls with the degree, per element."""
+
+    def __init__(self, flow: Flow):
+        self._degree, self._size = flow.velocity_order - 1, flow.mesh.ne
+        rule = ngsolve.IntegrationRule(ngsolve.TRIG, 2 * self._degree)
+        self._points = flow.mesh.MapToAllElements(rule, ngsolve.VOL)
+        self._transform, self._degrees = _orthonormal(rule, self._degree)
+
+    def of(self, modes) -> NDArray:
         """Norm of psi in its highest degree over that in the degree below, at most one."""
         components = tuple(component for psi in modes for component in psi)
         values = ngsolve.CoefficientFunction(components)(self._points)
