@@ -881,24 +881,23 @@ def test_pairs_are_finer_than_triplets_and_reach_farther():
     study = grid([1.1, 2], [1.1, 3], 0)
     expected = (1.1, 1.419, 2, 2.4, 3, 4.5, 6.75, 10.12, 15.18)
     assert pair_distances(study) == expected
-    assert all((s, INF) in wanted(study, 1.0) for s in expected)
+    assert all((s, INF) in wanted(study) for s in expected)
     own = parse_study(changed({"table.pair": [1.7, 20.0]}))
     assert pair_distances(own) == tuple(sorted({*own.table.sp[:-1], *own.table.sf[:-1], 1.7, 20.0}))
 
 
-def test_every_second_distance_of_triplets_at_some_deborah_numbers():
-    axis = [1.1, 1.5, 2.5, INF]
-    sections = {"table.sp": axis, "table.sf": axis, "table.every_second": [5.0]}
-    study = parse_study(changed(sections))
-    simulated_there = {each for each, De in simulated(study).items() if 5.0 in De}
-    assert (axis[0], axis[2]) in simulated_there
-    assert (axis[0], axis[1]) not in simulated_there
-    assert {(s, INF) for s in axis} <= simulated_there
-    assert set(check_geometries(study)) <= simulated_there
-    with pytest.raises(ConfigError, match=r"every_second\[0\]: found 0\.0; allowed: a Deborah"):
-        parse_study(changed({"table.every_second": [0.0]}))
+def test_triplets_on_lines_of_the_grid():
+    axis = [1.1, 1.3, 1.6, 2, 2.5, INF]
+    study = parse_study(changed({"table.sp": axis, "table.sf": axis, "table.line_spacing": 3}))
+    triplets = {each for each, De in simulated(study).items() if 5.0 in De}
+    lines, others = {1.1, 2, 2.5}, {1.3, 1.6}
+    assert {(sp, sf) for sp in axis[:-1] for sf in lines} <= triplets
+    assert {(sp, sf) for sp in lines for sf in axis[:-1]} <= triplets
+    assert not {(sp, sf) for sp in others for sf in others} & triplets
+    assert {(s, INF) for s in axis} <= triplets
+    assert set(check_geometries(study)) <= triplets
     with pytest.raises(ConfigError, match=r"table.check: found 0; allowed: at least 1 with"):
-        parse_study(changed({"table.every_second": [5.0], "table.check": 0}))
+        parse_study(changed({"table.line_spacing": 2, "table.check": 0}))
 
 
 # nodes from 1.01 to 30, no closer than a config may have them

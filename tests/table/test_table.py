@@ -14,11 +14,11 @@ from viscotrain.table.assembly import combine
 from viscotrain.table.attributes import INTERPOLATED, ITSELF, MIRROR, SAME_PAIR
 from viscotrain.table.check import check_errors, combine_and_check
 from viscotrain.table.description import largest_error, memory_headline, summary
-from viscotrain.table.interpolation import VelocityTable
+from viscotrain.table.interpolation import VelocityTable, interpolant
 from viscotrain.table.pairs import pair_velocity
 from viscotrain.table.points import holes, inaccurate_points, interpolated_points
 from viscotrain.table.present import after_start_up
-from viscotrain.table.triplets import every_second, simulations
+from viscotrain.table.triplets import on_lines, simulations
 from viscotrain.words import INACCURATE
 
 INF = np.inf
@@ -467,79 +467,92 @@ def test_a_start_up_that_fails_is_a_hole():
     assert list(holes(table)) == [(1.0, 1.1, 1.2)]
 
 
-# ------------------------------------------------------------------------------ every second
+# ------------------------------------------------------------------------------- blending
 
 
 SIX = [1.1, 1.3, 1.7, 2.2, 3.0, 4.5, INF]
 PAIR = np.geomspace(1.1, 16, 40).tolist()
 AXES = {"sp": SIX, "sf": SIX, "pair": sorted({*SIX[:-1], *PAIR}), "deborah": DEBORAH}
+CROSSINGS = on_lines(SIX, 3)
 
 
 def together(sp, sf, De):
-    """U of spheres of which pairs feel De, and what a third one adds does not."""
+    """U of spheres of which pairs feel De, and a third one adds a product, which blends well."""
     a, b = (lambda s, k=k: k * (1 + De) * np.exp(-(s - 1) / 1.3) for k in (-2e-3, -1e-3))
-    third = 1e-3 * np.exp(-(sp - 1)) * np.exp(-(sf - 1) / 0.8)
+    third = 1e-3 * np.exp(-(sp - 1)) * np.exp(-(sf - 1) / 0.8) * (1 + De / 2)
     outer = np.array([a(sp + sf), 0.0, b(sp + sf)])
     return SINGLE + np.array([a(sp), b(sp) + a(sf), b(sf)]) + outer + third * np.array([1, 2, -1])
 
 
-def every_second_results(law=together):
-    """Simulations of a grid in which De = 1 is simulated at every second distance only."""
-    grid = list(itertools.product(SIX, SIX))
-    coarse = set(itertools.product(every_second(SIX), every_second(SIX)))
-    pairs = {(s, INF) for s in AXES["pair"]}
+def results_on_lines(law=together):
+    """Simulations where sp or sf is on a line of the grid, and of pairs."""
+    grid = [each for each in itertools.product(SIX, SIX) if set(each) & set(CROSSINGS)]
     results = []
-    for sp, sf in {*grid, *pairs}:
-        De = DEBORAH if (sp, sf) in coarse | pairs else [0.0]
-        result = dns_result(sp, sf, De)
+    for sp, sf in {*grid, *((s, INF) for s in AXES["pair"])}:
+        result = dns_result(sp, sf)
         missing = np.isinf([sp, 0.0, sf])
-        result["velocity"][:] = [np.where(missing, np.nan, law(sp, sf, each)) for each in De]
+        result["velocity"][:] = [np.where(missing, np.nan, law(sp, sf, De)) for De in DEBORAH]
         results.append(result)
-    return results, coarse
+    return results
 
 
-def test_every_second_distance_and_infinity():
-    assert every_second(SIX) == [1.1, 1.7, 3.0, INF]
-    assert every_second(SIX[1:]) == [1.3, 2.2, 4.5, INF]
-    assert every_second([2.0, INF]) == [2.0, INF]
+def test_lines_are_every_so_many_distances_with_the_first_and_the_last():
+    assert CROSSINGS == [1.1, 2.2, 4.5, INF]
+    assert on_lines(SIX, 2) == [1.1, 1.7, 3.0, 4.5, INF]
+    assert on_lines(SIX[1:], 2) == [1.3, 2.2, 4.5, INF]
+    assert on_lines(SIX, 1) == SIX
+    assert on_lines([2.0, INF], 5) == [2.0, INF]
 
 
-def test_what_changes_with_deborah_is_interpolated_between_every_second_distance():
-    results, coarse = every_second_results()
-    table = combine(results, **AXES, every_second=[1.0])
+def test_velocities_between_lines_are_blended():
+    table = combine(results_on_lines(), **AXES, line_spacing=3)
     assert not list(holes(table))
-    filled = table["origin"].sel(deborah=1.0) == INTERPOLATED
-    assert int(filled.sum()) == interpolated_points(table) == 36 - 9
-    for sp, sf in itertools.product(SIX, SIX):
-        point = table.sel(deborah=1.0, sp=sp, sf=sf)
-        exact = together(sp, sf, 1.0)
-        if (sp, sf) in coarse or INF in (sp, sf):
+    blended = table["origin"] == INTERPOLATED
+    assert int(blended.sum()) == interpolated_points(table) == 2 * 3 * 3
+    for De, sp, sf in itertools.product(DEBORAH, SIX, SIX):
+        point = table.sel(deborah=De, sp=sp, sf=sf)
+        exact = together(sp, sf, De)
+        if {sp, sf} & set(CROSSINGS):
             there = np.isfinite([sp, 0.0, sf])
             np.testing.assert_array_equal(point["velocity"][there], exact[there])
         else:
             assert int(point["origin"]) == INTERPOLATED
-            np.testing.assert_allclose(point["velocity"], exact, rtol=0, atol=1e-7)
+            np.testing.assert_allclose(point["velocity"], exact, rtol=0, atol=6e-6)
             assert np.isnan(point["velocity_error"])
-    assert "De 1: every second distance is simulated; 27 points" in summary(table)
+    assert "18 points are blended" in summary(table)
 
 
-def test_a_hole_at_every_second_distance_leaves_all_between_them_open():
-    results, _ = every_second_results()
+def test_blending_is_more_accurate_than_interpolation_between_crossings():
+    table = combine(results_on_lines(), **AXES, line_spacing=3)
+    coarse = interpolant(table.sel(deborah=1.0, sp=CROSSINGS, sf=CROSSINGS))
+    between = sorted(set(SIX) - set(CROSSINGS))
+    errors = []
+    for sp, sf in itertools.product(between, between):
+        exact, U = together(sp, sf, 1.0), table["velocity"].sel(deborah=1.0, sp=sp, sf=sf)
+        errors.append([np.abs(each - exact).max() for each in (U, coarse(sp, sf))])
+    blended, crossings = np.max(errors, axis=0)
+    print(blended, crossings)
+    assert blended < crossings / 5
+
+
+def test_a_hole_on_the_lines_leaves_all_between_them_open():
+    results = results_on_lines()
     for result in results:
-        if (result["sp"], result["sf"]) == (1.7, 3.0):
+        if (result["sp"], result["sf"]) == (1.7, 2.2):
             result["velocity"][1], result["status"][1] = np.nan, 1
             result["reason"] = ("deborah", ["", "stuck"])
-    table = combine(results, **AXES, every_second=[1.0], max_holes=28)
-    assert len(list(holes(table))) == 1 + 27
-    with pytest.raises(TableError, match=r"28 of .*\n  De 1, sp 1\.7, sf 3: stuck"):
-        combine(results, **AXES, every_second=[1.0])
+    table = combine(results, **AXES, line_spacing=3, max_holes=10)
+    assert len(list(holes(table))) == 1 + 9
+    assert {De for De, *_ in holes(table)} == {1.0}
+    with pytest.raises(TableError, match=r"10 of .*\n  De 1, sp 1\.7, sf 2\.2: stuck"):
+        combine(results, **AXES, line_spacing=3)
 
 
-def test_every_second_distance_is_refused_where_it_is_not_enough():
-    results, _ = every_second_results()
+def test_lines_too_far_apart_are_refused():
+    results = results_on_lines()
     check = dns_result(1.2, 1.5)
     check["velocity"][:] = [together(1.2, 1.5, De) for De in DEBORAH]
-    limits = {"every_second": [1.0], "accuracy": 1e-5, "relative_accuracy": 0.02}
+    limits = {"line_spacing": 3, "accuracy": 1e-5, "relative_accuracy": 0.02}
     checked = combine_and_check([*results, check], **AXES, **limits)
     assert checked.sizes["check"] == 1
     check["velocity"][1, 1] += 2e-4

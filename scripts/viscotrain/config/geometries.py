@@ -2,12 +2,12 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 
 from viscotrain.config.problems import INFINITY
 from viscotrain.config.study import Study
-from viscotrain.table.triplets import Triplet, every_second, simulations
+from viscotrain.table.triplets import Triplet, on_lines, simulations
 
 FARTHEST_PAIR = 12.0  # d, that pairs reach at least
 FARTHER = 1.5  # ratio of two distances of pairs beyond those of triplets
@@ -60,12 +60,10 @@ def diameter_ratios(study: Study) -> tuple[float, ...]:
     return tuple(float(f"{1 + n * step:.6g}") for n in (-2, -1, 1, 2))
 
 
-def wanted(study: Study, deborah: float) -> tuple[Triplet, ...]:
-    """Triplets (sp, sf) of the table whose velocities are simulated at a Deborah number."""
-    triplets: Iterable[Triplet] = study.geometries
-    if deborah in study.table.every_second:
-        sp, sf = every_second(study.table.sp), every_second(study.table.sf)
-        triplets = itertools.product(sp, sf)
+def wanted(study: Study) -> tuple[Triplet, ...]:
+    """Triplets (sp, sf) of the table whose velocities are simulated: on lines of its grid."""
+    sp, sf = (on_lines(axis, study.table.line_spacing) for axis in (study.table.sp, study.table.sf))
+    triplets = [(p, f) for p, f in study.geometries if p in sp or f in sf]
     pairs = [(s, INFINITY) for s in pair_distances(study)]
     return tuple(dict.fromkeys([*triplets, *pairs]))
 
@@ -77,7 +75,7 @@ def simulated(study: Study) -> dict[Triplet, tuple[float, ...]]:
     Flows that are the same are simulated once, see `triplets`.
     """
     deborahs = study.deborah.values
-    own = simulations({De: wanted(study, De) for De in deborahs})
+    own = simulations({De: wanted(study) for De in deborahs})
     checks = simulations({De: check_geometries(study) for De in deborahs})
     return own | {geometry: checks[geometry] for geometry in checks if geometry not in own}
 

@@ -194,13 +194,13 @@ class TableConfig(Section):
         default=None,
         rule="ascending",
     )
-    every_second: ListOf[DeborahNumber] = key(
-        "Deborah numbers at which triplets are simulated at every second distance only, from the "
-        "smallest on; between these, what changes from the smaller De is interpolated",
-        symbol="De",
-        unit="1",
-        default=(),
-        rule="each one of deborah.values but the smallest, ascending; needs table.check",
+    line_spacing: int = key(
+        "triplets are simulated where sp or sf is one of every so many distances, the first and "
+        "the last among them; between these lines of the grid velocities are blended",
+        default=1,
+        ge=1,
+        le=64,
+        rule="more than 1 needs table.check",
     )
     check: int = key(
         "geometries between the nodes that are solved to measure the interpolation error, each in "
@@ -305,8 +305,8 @@ class Resolution(Section):
         le=50,
     )
     accuracy: float = key(
-        "estimated error of relative velocities, and half of that of the velocity itself (all "
-        "of it for a single sphere), down to which the order is raised and the mesh refined",
+        "estimated error of relative velocities, and of the velocity itself (half of it for "
+        "triplets), down to which the order is raised and the mesh refined",
         unit="Ubar",
         default=1e-5,
         ge=1e-12,

@@ -111,7 +111,7 @@ def _table_is_computed_or_given(config: Readable) -> Iterator[Problem]:
     table = config.value("table")
     if not isinstance(table, Mapping):
         return
-    given = [name for name in ("sp", "sf", "pair", "every_second") if table.get(name)]
+    given = [name for name in ("sp", "sf", "pair") if table.get(name)]
     if table.get("file") is None:
         for name in [name for name in ("sp", "sf") if name not in given]:
             allowed = "list of distances, or table.file in its place"
@@ -121,13 +121,10 @@ def _table_is_computed_or_given(config: Readable) -> Iterator[Problem]:
         yield Problem(("table", name), "found with table.file; allowed: one of the two")
 
 
-def _every_second_is_checked(config: Readable) -> Iterator[Problem]:
-    smallest = config.items("deborah.values")[0]
-    for location, De in config.indexed("table.every_second"):
-        if De == smallest:
-            yield conflict(location, De, "a Deborah number with a smaller one to start from")
-    if config.value("table.every_second") and config.value("table.check") == 0:
-        allowed = "at least 1 with table.every_second, whose error it measures"
+def _blending_is_checked(config: Readable) -> Iterator[Problem]:
+    spacing = config.value("table.line_spacing")
+    if isinstance(spacing, int) and spacing > 1 and config.value("table.check") == 0:
+        allowed = "at least 1 with table.line_spacing above 1, whose error it measures"
         yield conflict(("table", "check"), 0, allowed)
 
 
@@ -296,9 +293,7 @@ _CHECKS: tuple[Check, ...] = (
     _ascending("table.sp", ratio=CLOSEST_NODES),
     _ascending("table.sf", ratio=CLOSEST_NODES),
     _ascending("table.pair", ratio=CLOSEST_NODES),
-    _ascending("table.every_second"),
-    _member("table.every_second", of="deborah.values"),
-    _every_second_is_checked,
+    _blending_is_checked,
     _closed("table.sp"),
     _closed("table.sf"),
     _member("trains.deborah", of="deborah.values"),

@@ -203,8 +203,8 @@ class TableSettings(Settings):
         sp, sf: Distances of triplets in d.
         pair: Distances of pairs alone in d, those of `sp` and `sf` among them.
         deborah: Deborah numbers as the study defines them.
-        every_second: Those at which triplets are simulated at every second distance only.
-        accuracy: Error in Ubar that the interpolation may have there, in relative velocities.
+        line_spacing: Distances from one line of triplets that are simulated to the next.
+        accuracy: Error in Ubar that the interpolation may have then, in relative velocities.
         relative_accuracy: The same as a share of the largest relative velocity of a geometry.
         max_holes: Points that may be without a solution.
     """
@@ -213,7 +213,7 @@ class TableSettings(Settings):
     sf: tuple[float, ...]
     pair: tuple[float, ...]
     deborah: tuple[float, ...]
-    every_second: tuple[float, ...]
+    line_spacing: int
     accuracy: float
     relative_accuracy: float
     max_holes: int

@@ -147,7 +147,7 @@ def table(study: Study) -> TableSettings:
         sf=study.table.sf,
         pair=pair_distances(study),
         deborah=study.deborah.values,
-        every_second=study.table.every_second,
+        line_spacing=study.table.line_spacing,
         accuracy=study.dns.accuracy,
         relative_accuracy=study.dns.relative_accuracy,
         max_holes=study.table.max_holes,

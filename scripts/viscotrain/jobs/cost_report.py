@@ -48,7 +48,7 @@ def estimate(
     cost = cost_of(study, work, own, measured, minutes)
     simulated_points = sum(map(len, work.flows.values()))
     left, points_left = len(work.flows_left), sum(map(len, work.flows_left.values()))
-    table = sum(len({*study.geometries, *wanted(study, De)}) for De in study.deborah.values)
+    table = len({*study.geometries, *wanted(study)}) * len(study.deborah.values)
     unsolved = len(work.outcomes) - work.solved
     trains, trains_left = len(work.trains), len(work.trains_left)
     lines = [

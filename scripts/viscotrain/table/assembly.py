@@ -13,7 +13,7 @@ and `origin` tells which points these are.
 
 import itertools
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ from viscotrain.table.attributes import (
     SAME_PAIR,
     described,
 )
-from viscotrain.table.changes import interpolate_changes
+from viscotrain.table.blending import blend
 from viscotrain.table.interpolation import MOST_NAMED, name_geometries
 from viscotrain.table.memory import with_memory_numbers
 from viscotrain.table.points import count, holes
@@ -58,7 +58,7 @@ def combine(
     sf: Sequence[float],
     deborah: Sequence[float],
     pair: Sequence[float] | None = None,
-    every_second: Collection[float] = (),
+    line_spacing: int = 1,
     max_holes: int = 0,
 ) -> xr.Dataset:
     """Put the results of all geometries on the grid of the table.
@@ -74,8 +74,8 @@ def combine(
         sf: The same on the other axis.
         deborah: Deborah numbers of the grid, ascending, in the definition of the study.
         pair: Distances of pairs alone in d, ascending; None for those of the grid.
-        every_second: Deborah numbers at which only every second distance is simulated, see
-            `changes`.
+        line_spacing: Distances from one line of the grid that is simulated to the next, see
+            `blending`.
         max_holes: Points (De, sp, sf) that may be without a solution.
 
     Raises:
@@ -97,8 +97,8 @@ def combine(
     _complete(table)
     if PRESENT[0] in table:
         table = to_nodes(table)
-    for De in sorted(every_second):
-        interpolate_changes(table, De)
+    if line_spacing > 1:
+        blend(table, line_spacing)
     _refuse_holes(table, max_holes, reasons)
     return with_memory_numbers(table, float(parts[0]["confinement"]))
 

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import xarray as xr
@@ -25,7 +25,7 @@ def combine_and_check(
     sf: Sequence[float],
     deborah: Sequence[float],
     pair: Sequence[float] | None = None,
-    every_second: Collection[float] = (),
+    line_spacing: int = 1,
     accuracy: float = math.inf,
     relative_accuracy: float = 0.0,
     max_holes: int = 0,
@@ -38,14 +38,14 @@ def combine_and_check(
         sf: The same on the other axis.
         deborah: Deborah numbers of the grid.
         pair: Distances of pairs alone in d; None for those of the grid.
-        every_second: Deborah numbers at which only every second distance is simulated.
-        accuracy: Error of relative velocities in Ubar that this may cost.
+        line_spacing: As for `combine`.
+        accuracy: Error of relative velocities in Ubar that points between the lines may cost.
         relative_accuracy: The same as a share of the largest relative velocity of a geometry; the
             larger one of both counts.
         max_holes: Points that may be without a solution.
 
     Raises:
-        TableError: As `combine` does, or every second distance is not enough.
+        TableError: As `combine` does, or blending is not accurate enough.
     """
     nodes = set(itertools.product(sp, sf)) | {(s, math.inf) for s in pair or ()}
     on_grid = [result for result in results if triplet_of(result) in nodes]
@@ -56,14 +56,15 @@ def combine_and_check(
         sf=sf,
         deborah=deborah,
         pair=pair,
-        every_second=every_second,
+        line_spacing=line_spacing,
         max_holes=max_holes,
     )
     if not between:
         return table
     table = check_errors(table, between)
-    for De in every_second:
-        _refuse_error(table.sel(deborah=De), accuracy, relative_accuracy)
+    if line_spacing > 1:
+        for De in table["deborah"].values:
+            _refuse_error(table.sel(deborah=De), accuracy, relative_accuracy)
     return table
 
 
@@ -86,11 +87,11 @@ def _refuse_error(layer: xr.Dataset, accuracy: float, relative_accuracy: float):
         for n in np.flatnonzero(wrong)
     ]
     raise TableError(
-        f"relative velocities at De {De:g}, interpolated from every second distance, are wrong at "
-        f"{wrong.sum()} of {wrong.size} geometries between the nodes\n"
+        f"relative velocities at De {De:g}, between lines of the grid that are simulated, are "
+        f"wrong at {wrong.sum()} of {wrong.size} geometries between the nodes\n"
         + "\n".join(lines)
-        + f"\nTake {De:g} out of table.every_second, or add distances to `table`: simulations that "
-        "are there are kept."
+        + "\nMake table.line_spacing smaller, or add distances to `table`: simulations that are "
+        "there are kept."
     )
 
 

@@ -41,12 +41,8 @@ def _grid_lines(table) -> Iterator[str]:
     for name, text in names:
         values = table[name].values
         yield f"  {text:<4} {values.size:>2} values: " + " ".join(f"{value:g}" for value in values)
-    for layer in (table.isel(deborah=[k]) for k in range(table.sizes["deborah"])):
-        if number := interpolated_points(layer):
-            yield (
-                f"  De {layer['deborah'].values[0]:g}: every second distance is simulated; "
-                f"{number} points are interpolated from what changes with De"
-            )
+    if number := interpolated_points(table):
+        yield f"  {number} points are blended from those on lines of the grid, which are simulated"
 
 
 def _velocity_lines(table) -> Iterator[str]:

@@ -57,7 +57,7 @@ def fallback_points(table: xr.Dataset) -> int:
 
 
 def interpolated_points(table: xr.Dataset) -> int:
-    """Points between simulated ones, at Deborah numbers with every second distance."""
+    """Points between the lines of the grid that are simulated."""
     return int((table["origin"] == INTERPOLATED).sum())
 
 

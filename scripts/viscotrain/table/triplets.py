@@ -52,7 +52,6 @@ def simulations(
     return {triplet: tuple(deborahs) for triplet, deborahs in found.items()}
 
 
-def every_second(distances: Sequence[float]) -> list[float]:
-    """The first, third, ... of the finite distances, and infinity."""
-    *finite, none = distances
-    return [*finite[::2], none]
+def on_lines(distances: Sequence[float], spacing: int) -> list[float]:
+    """Every so many of the finite distances, the first and the last of them, and infinity."""
+    return list(dict.fromkeys([*distances[:-1:spacing], *distances[-2:]]))
