@@ -52,11 +52,10 @@ def test_requirements_on_high_deborah_numbers(geometry, kind):
 
 
 def test_the_table_of_the_paper_between_its_distances():
-    """Up to De = 10 below 1e-5 Ubar; above, what the simulations' own errors allow."""
+    """Below 1e-5 Ubar up to De = 31; at De = 62 the simulations' own errors limit it."""
     check = pd.read_csv(KEPT / "paper_table" / "check.csv", comment="#")
     errors = check[["error_middle_minus_trailing", "error_leading_minus_middle"]].abs()
     largest = errors.max(axis=1).groupby(check["deborah"]).max()
     assert len(check) == 7 * 10
-    assert largest.loc[:10].max() < 1e-5
-    assert largest.loc[31] < 2e-5
-    assert largest.loc[62] < 7e-5
+    assert largest.loc[:31].max() < 1e-5
+    assert largest.loc[62] < 1.05e-5

@@ -46,7 +46,7 @@ MEASURED = Path(__file__).with_name("measured_costs.csv")
 GROWTH = 1.2  # assembly is linear in the unknowns, factorisation a little steeper
 FIGURE = 1.1  # CPU seconds of a figure
 REST = ("units", "operating_conditions", "order", "encapsulation", "interactive", "summary")
-TRANSIENT = 15.0  # start-ups of all De of a geometry over its quasi-steady solution
+TRANSIENT = 9.5  # start-ups of all De of a geometry over its quasi-steady solution
 USUAL_MODES = 2  # that a fit finds
 BUSY_CORE = 0.9  # what a further core adds: memory is shared, and the last jobs leave cores idle
 

@@ -18,12 +18,12 @@ from viscotrain.words import FASTEST
 
 # CPU seconds of a check over those of a geometry through all its Deborah numbers.
 OVER_A_FLOW = {
-    "transient": 8.0,
-    "start_up": 8.0,
-    "closure_gap": 3.0,
-    "mesh": 5.0,
-    "order": 2.5,
-    "box": 7.0,
+    "transient": 5.1,
+    "start_up": 4.9,
+    "closure_gap": 1.6,
+    "mesh": 4.0,
+    "order": 2.0,
+    "box": 5.5,
 }
 TIME_STEP = 20.0  # CPU seconds of a study of the time step
 SHORT_TRAIN = 0.035  # CPU seconds of a train that is simulated directly, per sphere and D/Ubar

@@ -24,7 +24,7 @@ MEAN = 0.65  # what a geometry costs over what the slowest one does
 SHORTEST, SMALLEST = 5, 500  # minutes and MB: what is loaded differs between machines
 # How much more than a geometry at held distances: start-ups of all its De, a short train of six
 # spheres for 100 D/Ubar, all settings of a study of convergence.
-TIMES = {"dns": 1.0, "transient": 15.0, "closure_train": 60.0, "convergence": 30.0}
+TIMES = {"dns": 1.0, "transient": 9.5, "closure_train": 38.0, "convergence": 30.0}
 # Resident memory of a process that solves, two modes: 460 MB with 14,000 unknowns, 570 with 25,000,
 # 2130 with 90,000; half as much again is asked for.
 BASE_MB, PER_UNKNOWN_KB, MORE = 150, 24, 1.5
