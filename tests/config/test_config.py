@@ -514,6 +514,10 @@ def test_wrong_value_is_the_only_problem(changes, message):
             ["table.sp: found with table.file; allowed: one of the two"],
         ),
         (
+            {"file": "velocity_table.nc", "line_spacing": 3},
+            ["table.line_spacing: found with table.file; allowed: one of the two"],
+        ),
+        (
             {},
             [
                 "table.sp: missing; allowed: list of distances, or table.file in its place",

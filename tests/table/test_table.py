@@ -531,7 +531,6 @@ def test_blending_is_more_accurate_than_interpolation_between_crossings():
         exact, U = together(sp, sf, 1.0), table["velocity"].sel(deborah=1.0, sp=sp, sf=sf)
         errors.append([np.abs(each - exact).max() for each in (U, coarse(sp, sf))])
     blended, crossings = np.max(errors, axis=0)
-    print(blended, crossings)
     assert blended < crossings / 5
 
 

@@ -75,8 +75,8 @@ def simulated(study: Study) -> dict[Triplet, tuple[float, ...]]:
     Flows that are the same are simulated once, see `triplets`.
     """
     deborahs = study.deborah.values
-    own = simulations({De: wanted(study) for De in deborahs})
-    checks = simulations({De: check_geometries(study) for De in deborahs})
+    own = simulations(dict.fromkeys(deborahs, wanted(study)))
+    checks = simulations(dict.fromkeys(deborahs, check_geometries(study)))
     return own | {geometry: checks[geometry] for geometry in checks if geometry not in own}
 
 

@@ -112,6 +112,8 @@ def _table_is_computed_or_given(config: Readable) -> Iterator[Problem]:
     if not isinstance(table, Mapping):
         return
     given = [name for name in ("sp", "sf", "pair") if table.get(name)]
+    if table.get("line_spacing", 1) != 1:
+        given.append("line_spacing")
     if table.get("file") is None:
         for name in [name for name in ("sp", "sf") if name not in given]:
             allowed = "list of distances, or table.file in its place"

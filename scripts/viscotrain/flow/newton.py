@@ -246,7 +246,8 @@ class ModifiedNewton:
             self._factors = factorise(self._form, self._free, self._precision)
             result.factorisations += 1
         self._factors.solve(residual, update)
-        if self._is_single and math.isfinite(residual.Norm()) > math.isfinite(update.Norm()):
+        failed = math.isfinite(residual.Norm()) and not math.isfinite(update.Norm())
+        if failed and self._is_single:
             self._factors, self._precision = None, np.float64
             return self._compute(state, residual, update, result)
         root_of_size = math.sqrt(self._free.NumSet())

@@ -7,9 +7,9 @@ sf, S_f the same along sf, and S_p S_f through the points where lines cross, vel
     U = S_p U + S_f U - S_p S_f U
 
 (blending, or transfinite interpolation: W. J. Gordon, J. Math. Mech. 18, 1969, 931). This is U on
-all lines. Between them its error is the product of those along either distance: where one of the
-distances only is resolved coarsely, it is exact. The check of the table (`check`) measures what is
-left, and refuses it where it is too much.
+all lines. Between them it errs by (1 - S_p)(1 - S_f) U, the error of one interpolation as the other
+one misses it: nothing where the lines resolve either of the two distances. The check of the table
+(`check`) measures what is left, and refuses it where it is too much.
 """
 
 import numpy as np
