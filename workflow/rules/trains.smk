@@ -35,7 +35,7 @@ use rule trains as design_points with:
         ],
     log:
         f"{LOGS}/design_map/De{{deborah}}.log",
-    priority: 1
+    priority: 2
     resources:
         **simulating_trains(STUDY.design_map, STUDY.map_feed, MAP_FRACTIONS),
     params:

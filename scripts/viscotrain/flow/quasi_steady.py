@@ -10,10 +10,11 @@ and in the order below the lowest that results are taken from. From its rung a D
 branch of its own, so that what is found there does not depend on which others are asked for.
 
 Climb. From there the order is raised. The iteration of each order begins with the error of the
-order below (`refinement`), and goes on only if that is too large. Where no order within the limits
-promises to be accurate, or only at a higher cost than on a finer mesh, there is such a mesh for
-this De, and a new climb up to this order on it, from well below: guesses from another mesh are
-poor, and low orders cost little. There the error tells early whether the mesh keeps its promise.
+order below (`refinement`), and goes on only if that is too large; it ends with an order whose error
+is not known but promised. Where no order within the limits promises to be accurate, or only at a
+higher cost than on a finer mesh, there is such a mesh for this De, and a new climb up to this order
+on it, from well below: guesses from another mesh are poor, and low orders cost little. There the
+error tells early whether the mesh keeps its promise.
 
 Stuck. Where a higher order cannot be solved, the mesh is refined by the error of the order below.
 Where nothing was found, the De is solved on the mesh of the start in short steps of De, as long as
@@ -323,11 +324,13 @@ class _Ladder:
             found = _Found(path.flow, newton.Convergence(), 0)
         while True:
             above = self._above(path, higher)
+            promised = None
             if found is not None:
                 found.judge(above.error_below(De), self._options)
-                if found.error is not None and not found.accurate:
-                    plan = self._plan(found, worth)
-                if plan is None or plan.sizes is not None:
+                allowed = _allowed(found.flow, self._options)
+                promised = refinement.promised(found.error, allowed, self._options.limits)
+                plan = None if promised else self._plan(found, worth)
+                if not promised and (plan is None or plan.sizes is not None):
                     above.forget_matrix()
                     return path, found, plan
             convergence, more = above.advance(De)
@@ -339,10 +342,15 @@ class _Ladder:
                 found.iterations = iterations
                 return path, found, self._rescue(path, error)
             path, found, plan = above, _Found(above.flow, convergence, iterations), None
+            if promised:
+                found.judge(promised, self._options)
+            if found.accurate:
+                return path, found, None
 
     def _plan(self, found: _Found, worth: float) -> refinement.Plan | None:
         """How to become accurate, on another mesh only if the error is worth a trial."""
-        assert found.error is not None
+        if found.error is None or found.accurate:
+            return None
         again = found.error.decisive <= worth and self._remesh is not None
         allowed = _allowed(found.flow, self._options)
         return refinement.plan(found.flow, found.error, allowed, self._options.limits, again)

@@ -31,7 +31,7 @@ smooth solution, `RATES`, by how far r_K s_K is between 1 and 1/16.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import ngsolve
@@ -56,6 +56,7 @@ LEAST_REDUCTION = 2.0  # of an error that remains too large, for which a new mes
 LEAST_GAIN = 1.3  # the same, for which a higher order is solved
 ANOTHER_MESH = 1.5  # cost on a new mesh, which may not keep its promise, over that on the same
 GAIN_POWER = 0.5  # of the mean of r_K s_K: what one more order has been seen to gain
+SLOW_GAIN = 0.45  # from which on this is a good estimate of what it does gain
 ORDERS_BELOW = 3  # on a new mesh, that are solved before the one to end with
 LOWEST_ORDER = 3  # that a new mesh is solved in first
 ABOUT = 1.1  # unknowns that there may be, over those that a mesh is made for
@@ -156,6 +157,30 @@ def compared(flow: Flow, below: Flow) -> Estimate:
     none = np.array([])
     return Estimate(
         flow.velocity_order, abs(U - U_below), tuple(np.abs(differences)), none, none, math.nan
+    )
+
+
+def promised(error: Estimate | None, allowed: float, limits: Limits) -> Estimate | None:
+    """Errors of the order that was looked at, if they can be told, and are small enough.
+
+    They can be told where orders gain little. Where one gains more, the next is often better by far
+    than what can be promised.
+
+    Args:
+        error: In the order below.
+        allowed: Error to reach, which this one exceeds.
+        limits: Of orders.
+    """
+    if error is None or error.decisive <= allowed or error.order >= limits.order:
+        return None
+    if not (error.gain >= SLOW_GAIN and error.ahead(error.order + 1) <= allowed):
+        return None
+    return replace(
+        error,
+        order=error.order + 1,
+        velocity=error.gain * error.velocity,
+        relative=tuple(error.gain * each for each in error.relative),
+        contributions=error.gain * error.contributions,
     )
 
 

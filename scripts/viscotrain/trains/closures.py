@@ -112,6 +112,14 @@ class Closure:
         """What spheres behind the neighbours add to U, in Ubar, shape (N,)."""
         return np.zeros(distance.size + 1)
 
+    def by_the_first(self, distance: NDArray) -> NDArray:
+        """What the trailing sphere changes in `far` of all by being there, its own included."""
+        return np.zeros(distance.size + 1)
+
+    def by_the_last(self, distance: NDArray) -> NDArray:
+        """What the leading sphere changes in `far` of all by being there, its own included."""
+        return np.zeros(distance.size + 1)
+
     def _middle(self, distance: NDArray) -> NDArray:
         """Each sphere as the middle one of its triplet; neighbours that miss are at infinity."""
         s = np.concatenate([NONE, distance, NONE])
@@ -166,6 +174,17 @@ class EverySphere(Closure):
             _add_increments(added, distance, self.reach, self._cells_times_distance, *splines)
         return added
 
+    def by_the_first(self, distance: NDArray) -> NDArray:
+        """See `Closure.by_the_first`."""
+        ends = self.reach, self._cells_times_distance
+        return _by_the_first(distance, *ends, self._trailing, self._leading)
+
+    def by_the_last(self, distance: NDArray) -> NDArray:
+        """See `Closure.by_the_last`."""
+        ends = self.reach, self._cells_times_distance
+        backwards = np.ascontiguousarray(distance[::-1])
+        return _by_the_first(backwards, *ends, self._leading, self._trailing)[::-1]
+
 
 class FartherAsPairs(EverySphere):
     """Each sphere feels all that matter, those behind its neighbours as if they were alone."""
@@ -215,6 +234,14 @@ class WithMemory(Closure):
     def far(self, distance: NDArray) -> NDArray:
         """See `Closure.far`."""
         return self._held.far(distance)
+
+    def by_the_first(self, distance: NDArray) -> NDArray:
+        """See `Closure.by_the_first`."""
+        return self._held.by_the_first(distance)
+
+    def by_the_last(self, distance: NDArray) -> NDArray:
+        """See `Closure.by_the_last`."""
+        return self._held.by_the_last(distance)
 
 
 CLOSURES: dict[str, type[Closure]] = {"every_sphere": EverySphere, "nearest": Nearest}
@@ -294,6 +321,32 @@ def _add_increments(U, distance, reach, cells_times_distance, trailing, leading)
             if p > 0:
                 U[q] += _spline(leading, inner, along, outer[p - 1], across[p - 1])
         U[p] += added
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=FUSED)
+def _by_the_first(distance, reach, cells_times_distance, own, others):
+    """The terms of `_add_increments` that the first sphere is in, shape (N,).
+
+    It feels spheres by the spline `own`; by `others` it is felt, across the one next to it.
+    """
+    cells, last = own.shape[0] - 3, distance.size
+    added, a = np.zeros(last + 1), 0.0
+    for q in range(1, last):
+        a += distance[q - 1]
+        if a >= reach:
+            break
+        inner, along = _cell(cells_times_distance / a, cells)
+        outer, across = _cell(cells_times_distance / distance[q], cells)
+        added[0] += _spline(own, inner, along, outer, across)
+    a = 0.0
+    for q in range(2, last + 1):
+        a += distance[q - 1]
+        if a >= reach:
+            break
+        inner, along = _cell(cells_times_distance / a, cells)
+        outer, across = _cell(cells_times_distance / distance[0], cells)
+        added[q] += _spline(others, inner, along, outer, across)
+    return added
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=FUSED)

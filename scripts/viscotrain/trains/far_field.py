@@ -10,8 +10,8 @@ its rate of change, by the rates of the distances. In between
 
     F(t) = F(t_0) + (t - t_0) dF/dt.
 
-A sphere that enters or leaves changes F of those within its reach at once, by the difference of the
-sums over these with and without it; one that enters changes dF/dt, too. When F is summed anew, the
+A sphere that enters or leaves changes F of those within its reach at once, by the terms that it is
+in; one that enters changes dF/dt, too. When F is summed anew, the
 error of what was extrapolated, times the interval, is that of distances: it sets the next interval.
 
 Units: times in D/Ubar, velocities in Ubar, distances in d.
@@ -62,11 +62,10 @@ class FarField:
             ahead = self._closure.far(distance + MOMENT * change)
             self._rate = (ahead - self._known) / MOMENT
         elif self._entered is not None:
-            size = self._entered.size
-            near = distance[: size - 1] + MOMENT * change[: size - 1]
-            more = (self._by_the_first(near) - self._entered) / MOMENT
-            self._rate[:size] += more
-            self._known[:size] -= self._age * more
+            ahead = self._closure.by_the_first(distance + MOMENT * change)
+            more = (ahead - self._entered) / MOMENT
+            self._rate += more
+            self._known -= self._age * more
         self._summed, self._entered = False, None
 
     def advance(self, time: float, distance: NDArray):
@@ -81,25 +80,11 @@ class FarField:
 
     def enter(self, distance: NDArray):
         """Take in a trailing sphere; distances are with it."""
-        self._entered = self._by_the_first(distance[: self._reached(distance)])
-        self._known = np.concatenate([[0.0], self._known])
+        self._entered = self._closure.by_the_first(distance)
+        self._known = self._entered + np.concatenate([[0.0], self._known])
         self._rate = np.concatenate([[0.0], self._rate])
-        self._known[: self._entered.size] += self._entered
 
     def leave(self, distance: NDArray):
         """Let the leading sphere go; distances are those before."""
-        near = distance[max(0, distance.size - self._reached(distance[::-1])) :]
-        change = self._closure.far(near[:-1]) - self._closure.far(near)[:-1]
-        self._known, self._rate = self._known[:-1], self._rate[:-1]
-        self._known[self._known.size - change.size :] += change
-
-    def _by_the_first(self, distance: NDArray) -> NDArray:
-        """What F of some spheres at these distances is by the trailing one, and its own."""
-        change = self._closure.far(distance)
-        change[1:] -= self._closure.far(distance[1:])
-        return change
-
-    def _reached(self, distance: NDArray) -> int:
-        """How many distances, from the first one on, the first sphere has to do with."""
-        behind = distance[1:].cumsum()  # as the outer sphere it is felt up to here
-        return int(behind.searchsorted(self._closure.reach)) + 2
+        change = self._closure.by_the_last(distance)
+        self._known, self._rate = (self._known - change)[:-1], self._rate[:-1]

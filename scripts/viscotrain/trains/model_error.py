@@ -68,6 +68,14 @@ class Shifted(Closure):
         """See `Closure.far`."""
         return self._closure.far(distance)
 
+    def by_the_first(self, distance: NDArray) -> NDArray:
+        """See `Closure.by_the_first`."""
+        return self._closure.by_the_first(distance)
+
+    def by_the_last(self, distance: NDArray) -> NDArray:
+        """See `Closure.by_the_last`."""
+        return self._closure.by_the_last(distance)
+
 
 def envelope(distance: NDArray, decay: float) -> NDArray:
     """f: how the error falls with the distance, both in d."""
