@@ -332,6 +332,71 @@ def test_the_error_of_equal_elements_falls_with_their_size(pair):
     assert left == pytest.approx(refinement.RESERVE * 2**-3.0, rel=0.02)
 
 
+# ---------------------------------------------------------------------------------------- promises
+
+
+def slow(error, gain):
+    return replace(error, gain=gain)
+
+
+def test_a_promise_is_what_the_next_order_gains(pair):
+    error = estimated(pair)
+    error = slow(error, 0.6)
+    limits = refinement.Limits(error.order + 1, 1e9)
+    found = refinement.promised(error, 0.6 * error.decisive, limits)
+    assert found.order == error.order + 1
+    assert found.decisive == pytest.approx(0.6 * error.decisive)
+    assert found.velocity == pytest.approx(0.6 * error.velocity)
+    assert found.relative == pytest.approx(tuple(0.6 * each for each in error.relative))
+    np.testing.assert_allclose(found.contributions, 0.6 * error.contributions)
+
+
+def test_there_is_no_promise_that_cannot_be_told_or_does_not_help(pair):
+    error = slow(estimated(pair), 0.6)
+    limits, enough = refinement.Limits(error.order + 1, 1e9), 0.6 * error.decisive
+    quick = slow(error, 0.99 * refinement.SLOW_GAIN)
+    assert refinement.promised(quick, enough, limits) is None
+    assert refinement.promised(error, 0.99 * enough, limits) is None
+    assert refinement.promised(error, 1.01 * error.decisive, limits) is None  # accurate already
+    assert refinement.promised(error, enough, limits._replace(order=error.order)) is None
+    assert refinement.promised(None, enough, limits) is None
+    unknown = refinement.compared(pair, pair)
+    assert refinement.promised(unknown, enough, limits) is None
+
+
+def climbed(monkeypatch, slow_gain, accuracy):
+    """A pair at De = 5 in order 3 or 4 on one mesh, and the estimates on the way."""
+    looks, estimate = [], refinement.estimate
+
+    def counted(*given):
+        looks.append(estimate(*given))
+        return looks[-1]
+
+    flow = make_flow(STUDY, triplet(STUDY, math.inf, 1.5))
+    options = quasi_steady.SolverOptions(
+        1e-9, 40, 3.0, accuracy=accuracy, max_velocity_order=4, max_unknowns=1e9
+    )
+    with monkeypatch.context() as patch:
+        patch.setattr(refinement, "SLOW_GAIN", slow_gain)
+        patch.setattr(refinement, "estimate", counted)
+        (solution,) = quasi_steady.solve(flow, [5.0], options)
+    return solution, looks
+
+
+def test_a_climb_ends_with_an_order_whose_error_is_promised(monkeypatch):
+    """The same solution as with a look at the order above it, which is not made."""
+    _, (first, *_) = climbed(monkeypatch, math.inf, 1.0)
+    enough = 1.01 * first.ahead(first.order + 1)
+    looked, all_looks = climbed(monkeypatch, math.inf, enough)
+    solution, looks = climbed(monkeypatch, 0.0, enough)
+    assert (len(all_looks), len(looks)) == (2, 1)
+    assert solution.accurate and solution.flow.velocity_order == looked.flow.velocity_order
+    assert solution.error.order == solution.flow.velocity_order
+    assert solution.estimated_error == pytest.approx(first.ahead(first.order + 1), rel=1e-3)
+    for name, U in looked.velocities.items():
+        assert solution.velocities[name] == pytest.approx(U, abs=1e-8)
+
+
 # ----------------------------------------------------------------------------------------- plans
 
 

@@ -31,7 +31,7 @@ def test_a_job_holds_the_work_that_is_asked_for():
     assert sizes == {"paper": 91, "config": 25}  # all those with the same Deborah numbers
     assert max(map(len, grouping.jobs(study("paper"), 10.0))) == pytest.approx(600 / 19, rel=0.2)
     assert max(map(len, grouping.jobs(study("paper")))) == 1
-    assert max(map(len, grouping.jobs(study("config")))) == pytest.approx(9 / 2.1, abs=1)
+    assert max(map(len, grouping.jobs(study("config")))) == pytest.approx(15 / 2.1, abs=1)
 
 
 @pytest.mark.parametrize("minutes", [0.1, 0.5, 2.0])

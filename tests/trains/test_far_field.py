@@ -6,7 +6,7 @@ from synthetic import constant, superposed, triplet
 
 from viscotrain.trains import recording
 from viscotrain.trains.closures import CLOSURES, EverySphere, Nearest, make_closure
-from viscotrain.trains.far_field import FarField
+from viscotrain.trains.far_field import FIRST, FarField
 from viscotrain.trains.motion import TOLERANCE, Channel
 from viscotrain.trains.recording import record_train
 
@@ -102,6 +102,29 @@ def test_the_rate_is_that_of_the_distances():
         np.testing.assert_allclose(field.after(time), expected, rtol=0, atol=2e-8)
     moved = np.abs(CLOSURE.far(later + 0.05 * change) - CLOSURE.far(later))
     assert moved.max() > 1e-7  # the rate matters
+
+
+class Parabola:
+    """F is the square of the only distance."""
+
+    def far(self, distance):
+        return distance[:1] ** 2
+
+
+def test_rates_follow_from_what_was_missed():
+    """Of a rate that changes evenly one is a sixth of an interval behind, whatever it was before.
+
+    That is where e = (1 - 3/2) e - (2 - 3/2) h leads, e being what the rate at the end is wrong by.
+    """
+    t, h = np.array([1.0]), FIRST
+    field = FarField(Parabola(), BETA, TOLERANCE, t)
+    field.follow(t, np.array([30.0]))  # wrong by 58
+    for _ in range(40):
+        field._interval = h  # as if errors were small
+        t = t + h
+        field.advance(h, t)
+    rate = field.after(1.0) - field.after(0.0)
+    np.testing.assert_allclose(rate, 2 * t - h / 3, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("memory", [0.0, 2.0])

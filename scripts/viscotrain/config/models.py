@@ -362,8 +362,9 @@ class DnsConfig(Resolution):
         "also write velocity, pressure and stress of every point as VTU", default=False
     )
     geometries_per_job: int | None = key(
-        "how many geometries a job solves, one after the other; null = as many as are nine seconds "
-        "of work by the measured costs, or what the profile says: half an hour on a cluster",
+        "how many geometries a job solves, one after the other; null = as many as are fifteen "
+        "seconds of work by the measured costs, or what the profile says: half an hour on a "
+        "cluster",
         default=None,
         ge=1,
     )

@@ -15,9 +15,9 @@ import math
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.colors import SymLogNorm
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
@@ -88,7 +88,7 @@ def _words(data: xr.Dataset) -> str:
     )
 
 
-def _draw_bar(figure: Figure, shown: QuadMesh, panels: NDArray):
+def _draw_bar(figure: Figure, shown: AxesImage, panels: NDArray):
     """The colour bar, in round numbers."""
     bar = figure.colorbar(shown, ax=list(panels), pad=0.01, aspect=50, extend="both")
     end, linear = shown.norm.vmax, LINEAR * shown.norm.vmax
@@ -147,12 +147,14 @@ def _norm(change: NDArray) -> SymLogNorm:
     return SymLogNorm(LINEAR * end, vmin=-end, vmax=end)
 
 
-def _draw_change(axes: Axes, own: xr.Dataset, norm: SymLogNorm) -> QuadMesh:
+def _draw_change(axes: Axes, own: xr.Dataset, norm: SymLogNorm) -> AxesImage:
     """The change of the stress, on both sides of the axis."""
-    r, change = own["r"].values, own["stress_change"].values
-    both = np.concatenate([-r[:0:-1], r]), np.concatenate([change[:0:-1], change])
-    style = {"norm": norm, "cmap": SIGNED, "shading": "gouraud", "rasterized": True}
-    return axes.pcolormesh(own["z"].values, both[0], np.nan_to_num(both[1]), **style)
+    z, r, change = own["z"].values, own["r"].values, own["stress_change"].values
+    both = np.nan_to_num(np.concatenate([change[:0:-1], change]))
+    beside = (z[1] - z[0]) / 2, (r[1] - r[0]) / 2  # a value is in the middle of its pixel
+    ends = z[0] - beside[0], z[-1] + beside[0], -r[-1] - beside[1], r[-1] + beside[1]
+    style = {"norm": norm, "cmap": SIGNED, "origin": "lower", "interpolation": "bilinear"}
+    return axes.imshow(both, extent=ends, **style)
 
 
 def _draw_streamlines(axes: Axes, own: xr.Dataset):

@@ -3,12 +3,12 @@
 A goal is a number J(x) = j . x of the unknowns x: the velocity U of a sphere, or the relative
 velocity of two neighbours. U counts, too: relative velocities of triplets are interpolated from U
 of pairs, and those in a train are differences of U of triplets, whose errors are common in part.
-The solution x_k of order k is embedded in the space
-of the order above. A few updates of its iteration there, with one matrix, change J by what that
-order adds: a distance with a sign (hierarchical estimate; R. E. Bank & R. K. Smith, SIAM J. Numer.
-Anal. 30, 1993, 921).
-It can be small by chance, and says nothing of what further orders add. With the residual R and the
-adjoint solution z of that order, (dR/dx)^T z = j, the first of them is a sum over elements K,
+
+The solution x_k of order k is embedded in the space of the order above. A few updates of its
+iteration there, with one matrix, change J by what that order adds: a distance with a sign
+(hierarchical estimate; R. E. Bank & R. K. Smith, SIAM J. Numer. Anal. 30, 1993, 921). It can be
+small by chance, and says nothing of what further orders add. With the residual R and the adjoint
+solution z of that order, (dR/dx)^T z = j, the first of them is a sum over elements K,
 
     J(x_k+1) - J(x_k) = -z . R(x_k) + second order = sum over K of eta_K
 
@@ -21,7 +21,9 @@ Both factors are fitted to true errors (docs/accuracy.md). One more order divide
 of K by what the solution and the adjoint solution gain, each as the conformation in K decays from
 the degree below the highest to the highest, by r_K and s_K: about 1/4 where the solution is smooth,
 about one in a layer that the mesh does not resolve. So it multiplies the error by about the mean of
-r_K s_K, weighted with |eta_K|, to the power `GAIN_POWER`.
+r_K s_K, weighted with |eta_K|, to the power `GAIN_POWER`. Where orders gain little, as at high De,
+this is good enough to take the order above with the error that it promises (`promised`): the matrix
+to solve it is there, and a look at what is above it would cost more than all before.
 
 The new mesh has elements of such sizes h that all contribute the same, each to the goal that it
 contributes most to: what is fine enough for one velocity need not be so for another. What comes
