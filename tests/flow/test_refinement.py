@@ -339,29 +339,23 @@ def slow(error, gain):
     return replace(error, gain=gain)
 
 
-def test_a_promise_is_what_the_next_order_gains(pair):
-    error = estimated(pair)
-    error = slow(error, 0.6)
-    limits = refinement.Limits(error.order + 1, 1e9)
-    found = refinement.promised(error, 0.6 * error.decisive, limits)
+def test_a_promise_is_the_root_of_what_the_next_order_gains(pair):
+    error = slow(estimated(pair), 0.64)
+    found = refinement.promised(error, refinement.Limits(error.order + 1, 1e9))
     assert found.order == error.order + 1
-    assert found.decisive == pytest.approx(0.6 * error.decisive)
-    assert found.velocity == pytest.approx(0.6 * error.velocity)
-    assert found.relative == pytest.approx(tuple(0.6 * each for each in error.relative))
-    np.testing.assert_allclose(found.contributions, 0.6 * error.contributions)
+    assert found.decisive == pytest.approx(0.8 * error.decisive)
+    assert found.velocity == pytest.approx(0.8 * error.velocity)
+    assert found.relative == pytest.approx(tuple(0.8 * each for each in error.relative))
+    np.testing.assert_allclose(found.contributions, 0.8 * error.contributions)
 
 
-def test_there_is_no_promise_that_cannot_be_told_or_does_not_help(pair):
-    error = slow(estimated(pair), 0.6)
-    limits, enough = refinement.Limits(error.order + 1, 1e9), 0.6 * error.decisive
-    quick = slow(error, 0.99 * refinement.SLOW_GAIN)
-    assert refinement.promised(quick, enough, limits) is None
-    assert refinement.promised(error, 0.99 * enough, limits) is None
-    assert refinement.promised(error, 1.01 * error.decisive, limits) is None  # accurate already
-    assert refinement.promised(error, enough, limits._replace(order=error.order)) is None
-    assert refinement.promised(None, enough, limits) is None
-    unknown = refinement.compared(pair, pair)
-    assert refinement.promised(unknown, enough, limits) is None
+def test_nothing_is_promised_that_cannot_be_told(pair):
+    error = slow(estimated(pair), 0.64)
+    limits = refinement.Limits(error.order + 1, 1e9)
+    assert refinement.promised(slow(error, 0.99 * refinement.SLOW_GAIN), limits) is None
+    assert refinement.promised(error, limits._replace(order=error.order)) is None
+    assert refinement.promised(None, limits) is None
+    assert refinement.promised(refinement.compared(pair, pair), limits) is None
 
 
 def climbed(monkeypatch, slow_gain, accuracy):
@@ -383,18 +377,24 @@ def climbed(monkeypatch, slow_gain, accuracy):
     return solution, looks
 
 
-def test_a_climb_ends_with_an_order_whose_error_is_promised(monkeypatch):
-    """The same solution as with a look at the order above it, which is not made."""
+@pytest.mark.parametrize("share", [1.1, 0.6, 0.1])
+def test_a_climb_ends_with_the_order_that_was_looked_at(monkeypatch, share):
+    """The same solution as with a look at the order above, which is not made.
+
+    Whether the order below is accurate itself, only this one, or none within the limits.
+    """
     _, (first, *_) = climbed(monkeypatch, math.inf, 1.0)
-    enough = 1.01 * first.ahead(first.order + 1)
-    looked, all_looks = climbed(monkeypatch, math.inf, enough)
-    solution, looks = climbed(monkeypatch, 0.0, enough)
-    assert (len(all_looks), len(looks)) == (2, 1)
-    assert solution.accurate and solution.flow.velocity_order == looked.flow.velocity_order
-    assert solution.error.order == solution.flow.velocity_order
-    assert solution.estimated_error == pytest.approx(first.ahead(first.order + 1), rel=1e-3)
+    looked, _ = climbed(monkeypatch, math.inf, 0.1 * first.decisive)
+    solution, looks = climbed(monkeypatch, 0.0, share * first.decisive)
+    promised = math.sqrt(first.gain)
+    assert len(looks) == 1 + (share < promised)
+    assert solution.accurate == (share > promised)
+    assert solution.flow.velocity_order == looked.flow.velocity_order == 4
     for name, U in looked.velocities.items():
         assert solution.velocities[name] == pytest.approx(U, abs=1e-8)
+    if solution.accurate:
+        assert solution.error.order == 4
+        assert solution.estimated_error == pytest.approx(promised * first.decisive, rel=1e-3)
 
 
 # ----------------------------------------------------------------------------------------- plans

@@ -327,9 +327,7 @@ class _Ladder:
             promised = None
             if found is not None:
                 found.judge(above.error_below(De), self._options)
-                allowed = _allowed(found.flow, self._options)
-                promised = refinement.promised(found.error, allowed, self._options.limits)
-                plan = None if promised else self._plan(found, worth)
+                plan, promised = self._plan(found, worth)
                 if not promised and (plan is None or plan.sizes is not None):
                     above.forget_matrix()
                     return path, found, plan
@@ -344,16 +342,21 @@ class _Ladder:
             path, found, plan = above, _Found(above.flow, convergence, iterations), None
             if promised:
                 found.judge(promised, self._options)
-            if found.accurate:
                 return path, found, None
 
-    def _plan(self, found: _Found, worth: float) -> refinement.Plan | None:
-        """How to become accurate, on another mesh only if the error is worth a trial."""
-        if found.error is None or found.accurate:
-            return None
-        again = found.error.decisive <= worth and self._remesh is not None
-        allowed = _allowed(found.flow, self._options)
-        return refinement.plan(found.flow, found.error, allowed, self._options.limits, again)
+    def _plan(
+        self, found: _Found, worth: float
+    ) -> tuple[refinement.Plan | None, refinement.Estimate | None]:
+        """How to become accurate, on another mesh only if the error is worth a trial.
+
+        If no plan is needed or of use, the errors of the order above if they are known.
+        """
+        allowed, limits = _allowed(found.flow, self._options), self._options.limits
+        promised, plan = refinement.promised(found.error, limits), None
+        if found.error and not found.accurate and not (promised and promised.decisive <= allowed):
+            again = found.error.decisive <= worth and self._remesh is not None
+            plan = refinement.plan(found.flow, found.error, allowed, limits, again)
+        return plan, promised if plan is None else None
 
     def _above(self, below: Continuation, higher: dict[int, Continuation]) -> Continuation:
         """The continuation one order above."""

@@ -22,8 +22,8 @@ of K by what the solution and the adjoint solution gain, each as the conformatio
 the degree below the highest to the highest, by r_K and s_K: about 1/4 where the solution is smooth,
 about one in a layer that the mesh does not resolve. So it multiplies the error by about the mean of
 r_K s_K, weighted with |eta_K|, to the power `GAIN_POWER`. Where orders gain little, as at high De,
-this is good enough to take the order above with the error that it promises (`promised`): the matrix
-to solve it is there, and a look at what is above it would cost more than all before.
+a result is taken from the order that was looked at, whose matrix there is (`promised`): its error
+is about half, and known as well.
 
 The new mesh has elements of such sizes h that all contribute the same, each to the goal that it
 contributes most to: what is fine enough for one velocity need not be so for another. What comes
@@ -58,7 +58,7 @@ LEAST_REDUCTION = 2.0  # of an error that remains too large, for which a new mes
 LEAST_GAIN = 1.3  # the same, for which a higher order is solved
 ANOTHER_MESH = 1.5  # cost on a new mesh, which may not keep its promise, over that on the same
 GAIN_POWER = 0.5  # of the mean of r_K s_K: what one more order has been seen to gain
-SLOW_GAIN = 0.45  # from which on this is a good estimate of what it does gain
+SLOW_GAIN = 0.45  # from which on one more order is sure to gain the root of this
 ORDERS_BELOW = 3  # on a new mesh, that are solved before the one to end with
 LOWEST_ORDER = 3  # that a new mesh is solved in first
 ABOUT = 1.1  # unknowns that there may be, over those that a mesh is made for
@@ -162,27 +162,20 @@ def compared(flow: Flow, below: Flow) -> Estimate:
     )
 
 
-def promised(error: Estimate | None, allowed: float, limits: Limits) -> Estimate | None:
-    """Errors of the order that was looked at, if they can be told, and are small enough.
+def promised(error: Estimate | None, limits: Limits) -> Estimate | None:
+    """Errors of the order that was looked at, where orders gain so little that they can be told.
 
-    They can be told where orders gain little. Where one gains more, the next is often better by far
-    than what can be promised.
-
-    Args:
-        error: In the order below.
-        allowed: Error to reach, which this one exceeds.
-        limits: Of orders.
+    Where one gains more, the next is often better by far than what can be promised.
     """
-    if error is None or error.decisive <= allowed or error.order >= limits.order:
+    if error is None or error.order >= limits.order or not error.gain >= SLOW_GAIN:
         return None
-    if not (error.gain >= SLOW_GAIN and error.ahead(error.order + 1) <= allowed):
-        return None
+    factor = math.sqrt(error.gain)
     return replace(
         error,
         order=error.order + 1,
-        velocity=error.gain * error.velocity,
-        relative=tuple(error.gain * each for each in error.relative),
-        contributions=error.gain * error.contributions,
+        velocity=factor * error.velocity,
+        relative=tuple(factor * each for each in error.relative),
+        contributions=factor * error.contributions,
     )
 
 
