@@ -195,8 +195,8 @@ class TableConfig(Section):
         rule="ascending",
     )
     line_spacing: int = key(
-        "triplets are simulated where sp or sf is one of every so many distances, the first and "
-        "the last among them; between these lines of the grid velocities are blended",
+        "triplets are simulated where sp or sf is one of every so many distances, the first but "
+        "not the last finite one among them; from these lines of the grid follow all others",
         default=1,
         ge=1,
         le=64,
@@ -326,7 +326,8 @@ class Resolution(Section):
         le=8,
     )
     max_unknowns: int = key(
-        "unknowns that a simulation may have, about, in the order and on the mesh it ends with",
+        "unknowns that a simulation may have, about, in the order and on the mesh that its error "
+        "is estimated of; the order above, which that takes, has up to 1.7 times as many",
         default=100_000,
         ge=1,
         le=10_000_000,

@@ -123,7 +123,7 @@ def _table_is_computed_or_given(config: Readable) -> Iterator[Problem]:
         yield Problem(("table", name), "found with table.file; allowed: one of the two")
 
 
-def _blending_is_checked(config: Readable) -> Iterator[Problem]:
+def _lines_are_checked(config: Readable) -> Iterator[Problem]:
     spacing = config.value("table.line_spacing")
     if isinstance(spacing, int) and spacing > 1 and config.value("table.check") == 0:
         allowed = "at least 1 with table.line_spacing above 1, whose error it measures"
@@ -295,7 +295,7 @@ _CHECKS: tuple[Check, ...] = (
     _ascending("table.sp", ratio=CLOSEST_NODES),
     _ascending("table.sf", ratio=CLOSEST_NODES),
     _ascending("table.pair", ratio=CLOSEST_NODES),
-    _blending_is_checked,
+    _lines_are_checked,
     _closed("table.sp"),
     _closed("table.sf"),
     _member("trains.deborah", of="deborah.values"),

@@ -81,8 +81,8 @@ def _files(study: Study, folder: Path) -> dict[Path, list[Point]]:
 def holes(study: Study, found: dict[Point, int]) -> int:
     """Points of the table that have no solution, by what is simulated already.
 
-    A neighbour that is not there needs the velocity of the single sphere. What is blended
-    between them is not counted.
+    A neighbour that is not there needs the velocity of the single sphere. What follows
+    from others is not counted.
     """
     missing, triplets = 0, wanted(study)
     own = set(triplets)

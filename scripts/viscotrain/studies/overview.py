@@ -17,7 +17,7 @@ def of_table(path: Path, timing: Sequence[Path]) -> list[str]:
     twins = int(table["origin"].isin([attributes.SAME_PAIR, attributes.MIRROR]).sum())
     shared = f"; {twins} by the simulation of the same flow" if twins else ""
     if between := points.interpolated_points(table):
-        shared += f"; {between} blended between lines of the grid"
+        shared += f"; {between} from those on lines of the grid"
     for file in timing:  # a damaged one is named here
         files.read_csv(file, ["cpu_seconds"])
     return [

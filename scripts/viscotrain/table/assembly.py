@@ -31,7 +31,7 @@ from viscotrain.table.attributes import (
     SAME_PAIR,
     described,
 )
-from viscotrain.table.blending import blend
+from viscotrain.table.cross_approximation import fill_between
 from viscotrain.table.interpolation import MOST_NAMED, name_geometries
 from viscotrain.table.memory import with_memory_numbers
 from viscotrain.table.points import count, holes
@@ -75,7 +75,7 @@ def combine(
         deborah: Deborah numbers of the grid, ascending, in the definition of the study.
         pair: Distances of pairs alone in d, ascending; None for those of the grid.
         line_spacing: Distances from one line of the grid that is simulated to the next, see
-            `blending`.
+            `cross_approximation`.
         max_holes: Points (De, sp, sf) that may be without a solution.
 
     Raises:
@@ -98,7 +98,7 @@ def combine(
     if PRESENT[0] in table:
         table = to_nodes(table)
     if line_spacing > 1:
-        blend(table, line_spacing)
+        fill_between(table, line_spacing)
     _refuse_holes(table, max_holes, reasons)
     return with_memory_numbers(table, float(parts[0]["confinement"]))
 

@@ -45,7 +45,7 @@ def combine_and_check(
         max_holes: Points that may be without a solution.
 
     Raises:
-        TableError: As `combine` does, or blending is not accurate enough.
+        TableError: As `combine` does, or what lies between the lines is not accurate enough.
     """
     nodes = set(itertools.product(sp, sf)) | {(s, math.inf) for s in pair or ()}
     on_grid = [result for result in results if triplet_of(result) in nodes]

@@ -42,7 +42,7 @@ def _grid_lines(table) -> Iterator[str]:
         values = table[name].values
         yield f"  {text:<4} {values.size:>2} values: " + " ".join(f"{value:g}" for value in values)
     if number := interpolated_points(table):
-        yield f"  {number} points are blended from those on lines of the grid, which are simulated"
+        yield f"  {number} points follow from those on lines of the grid, which are simulated"
 
 
 def _velocity_lines(table) -> Iterator[str]:

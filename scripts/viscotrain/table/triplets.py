@@ -53,5 +53,10 @@ def simulations(
 
 
 def on_lines(distances: Sequence[float], spacing: int) -> list[float]:
-    """Every so many of the finite distances, the first and the last of them, and infinity."""
-    return list(dict.fromkeys([*distances[:-1:spacing], *distances[-2:]]))
+    """Every so many of the finite distances from the first one on, and infinity; all for 1.
+
+    Not the last finite one: it takes the longest periods, and a third sphere adds the least there.
+    """
+    if spacing == 1:
+        return list(distances)
+    return [*distances[: max(len(distances) - 2, 1) : spacing], distances[-1]]
