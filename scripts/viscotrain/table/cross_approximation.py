@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from viscotrain.table.attributes import INTERPOLATED
-from viscotrain.table.interpolation import NOISE, TripletVelocities, interpolant
+from viscotrain.table.interpolation import TripletVelocities, interpolant
 from viscotrain.table.points import holes
 from viscotrain.table.triplets import on_lines
 from viscotrain.words import NOT_ATTEMPTED, SOLVED
@@ -26,6 +26,7 @@ from viscotrain.words import NOT_ATTEMPTED, SOLVED
 # In the table of config/paper.yaml at De = 62, on 4 lines, interpolation between all nodes is wrong
 # by up to 2.4e-5 Ubar with 2, 1.0e-5 with 3 and 5.5e-5 with 4.
 RANK = 3
+NOTHING = 1e-12  # Ubar: a singular value of spheres that do not feel each other
 
 
 def fill_between(table: xr.Dataset, line_spacing: int):
@@ -67,7 +68,7 @@ def cross(matrix: NDArray, rows: NDArray, columns: NDArray) -> NDArray:
         columns: Shape (n,).
     """
     left, size, right = np.linalg.svd(matrix[np.ix_(rows, columns)], full_matrices=False)
-    rank = min(RANK, int((size > NOISE).sum()))
+    rank = min(RANK, int((size > NOTHING).sum()))
     inverse = (right[:rank].T / size[:rank]) @ left[:, :rank].T
     return matrix[:, columns] @ inverse @ matrix[rows]
 
