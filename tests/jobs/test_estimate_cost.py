@@ -319,7 +319,7 @@ def test_jobs_core_hours_and_memory_are_told_by_stage(tmp_path, measured):
         for minutes in (0.1, 30.0)
     }
     alone, together = (costs[minutes].stages[0] for minutes in costs)
-    assert (alone.name, alone.jobs, together.jobs) == ("dns", 143, len(jobs(paper, 30.0)) + 2)
+    assert (alone.name, alone.jobs, together.jobs) == ("dns", 126, len(jobs(paper, 30.0)) + 2)
     assert alone.seconds == pytest.approx(together.seconds)
     assert together.longest > 20 * alone.longest
     assert costs[0.1].jobs - costs[30.0].jobs == alone.jobs - together.jobs

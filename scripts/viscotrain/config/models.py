@@ -363,7 +363,7 @@ class DnsConfig(Resolution):
         "also write velocity, pressure and stress of every point as VTU", default=False
     )
     geometries_per_job: int | None = key(
-        "how many geometries a job solves, one after the other; null = as many as are fifteen "
+        "how many geometries a job solves, one after the other; null = as many as are twenty "
         "seconds of work by the measured costs, or what the profile says: half an hour on a "
         "cluster",
         default=None,

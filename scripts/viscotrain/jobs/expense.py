@@ -6,6 +6,7 @@ are multiplied and nothing is made a list of. Each geometry counts as the slowes
 at the study's largest Deborah number. This module imports neither numpy nor pandas.
 """
 
+import math
 from collections.abc import Sequence
 
 from viscotrain.config.geometries import diameter_ratios
@@ -21,6 +22,7 @@ from viscotrain.jobs.resources import (
     train_seconds,
     variation_seconds,
 )
+from viscotrain.table.triplets import on_lines
 
 SLOWER = 2.0  # what is made on request may take, over the mean of what was measured
 MOVIE_WIDTH = 1280  # pixels, for which a frame was measured
@@ -107,13 +109,14 @@ def bytes_written(study: Study) -> Shares:
 
 
 def geometries(study: Study) -> int:
-    """How many are simulated at most: all of the grid, pairs between and beyond, and the check."""
+    """How many are simulated at most: on lines of the grid, pairs besides, and the check."""
     table = study.table
     if table.file is not None:
         return 0
-    cells = len(table.sp) * len(table.sf)
+    cells, spacing = len(table.sp) * len(table.sf), table.line_spacing
+    between = [len(axis) - len(on_lines(axis, spacing)) for axis in (table.sp, table.sf)]
     pairs = 2 * (len(table.sp) + len(table.sf)) + len(table.pair or ())
-    return cells + pairs + min(table.check, cells)
+    return cells - math.prod(between) + pairs + min(table.check, cells)
 
 
 def _table_seconds(study: Study) -> float:

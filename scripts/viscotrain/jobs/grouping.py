@@ -14,7 +14,7 @@ from viscotrain.config.study import Study
 from viscotrain.jobs.resources import flow_seconds
 from viscotrain.table.triplets import Triplet
 
-MINUTES = 0.25  # of work in a job where the profile says nothing
+MINUTES = 1 / 3  # of work in a job where the profile says nothing
 MOST = 400  # jobs of the same settings: enough for any machine, and Snakemake's time is by the job
 
 
