@@ -52,7 +52,7 @@ def test_requirements_on_high_deborah_numbers(geometry, kind):
 
 
 def test_the_table_of_the_paper_between_its_distances():
-    """Below 1e-5 Ubar up to De = 31; at De = 62 the period of the simulations limits it."""
+    """Below 1e-5 Ubar at all De; at De = 62 the errors of simulations limit it."""
     check = pd.read_csv(KEPT / "paper_table" / "check.csv", comment="#")
     errors = check[["error_middle_minus_trailing", "error_leading_minus_middle"]].abs()
     largest = errors.max(axis=1).groupby(check["deborah"]).max()

@@ -534,14 +534,16 @@ def test_a_sum_of_three_products_is_known_from_three_lines(lines):
     np.testing.assert_allclose(cross(known, rows, columns), matrix, rtol=0, atol=1e-13)
 
 
-def test_errors_of_simulations_are_not_enlarged():
-    """A fourth singular value is theirs; with all of them entries would be wrong a hundredfold."""
-    rng, error = np.random.default_rng(6), 1e-5
-    matrix = 1e-3 * rng.normal(size=(40, 2)) @ rng.normal(size=(2, 40))
-    wrong = matrix + error * rng.normal(size=matrix.shape)
+def test_errors_of_simulations_are_hardly_enlarged():
+    """A fourth singular value would be theirs: with it some matrix is wrong a hundredfold."""
+    error, found = 1e-5, []
     lines = np.arange(40) % 10 == 0
-    found = cross(wrong, lines, lines)
-    assert np.sqrt(np.mean((found - matrix) ** 2)) < 30 * error
+    for seed in range(6, 12):
+        rng = np.random.default_rng(seed)
+        matrix = 1e-3 * rng.normal(size=(40, 2)) @ rng.normal(size=(2, 40))
+        wrong = matrix + error * rng.normal(size=matrix.shape)
+        found.append(np.sqrt(np.mean((cross(wrong, lines, lines) - matrix) ** 2)))
+    assert max(found) < 6 * error
 
 
 def test_nothing_follows_from_nothing():

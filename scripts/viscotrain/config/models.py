@@ -327,7 +327,7 @@ class Resolution(Section):
     )
     max_unknowns: int = key(
         "unknowns that a simulation may have, about, in the order and on the mesh that its error "
-        "is estimated of; the order above, which that takes, has up to 1.7 times as many",
+        "is estimated of; the order above, which that takes, has about twice as many at most",
         default=100_000,
         ge=1,
         le=10_000_000,

@@ -10,11 +10,11 @@ and in the order below the lowest that results are taken from. From its rung a D
 branch of its own, so that what is found there does not depend on which others are asked for.
 
 Climb. From there the order is raised. The iteration of each order begins with the error of the
-order below (`refinement`), and goes on only if that is too large; it ends with an order whose error
-is not known but promised. Where no order within the limits promises to be accurate, or only at a
-higher cost than on a finer mesh, there is such a mesh for this De, and a new climb up to this order
-on it, from well below: guesses from another mesh are poor, and low orders cost little. There the
-error tells early whether the mesh keeps its promise.
+order below (`refinement`), and goes on only if that is too large. Where orders gain little, it ends
+one order higher, with the error that is promised there. Where no order within the limits promises
+to be accurate, or only at a higher cost than on a finer mesh, there is such a mesh for this De, and
+a new climb up to this order on it, from well below: guesses from another mesh are poor, and low
+orders cost little. There the error tells early whether the mesh keeps its promise.
 
 Stuck. Where a higher order cannot be solved, the mesh is refined by the error of the order below.
 Where nothing was found, the De is solved on the mesh of the start in short steps of De, as long as

@@ -113,11 +113,11 @@ class Closure:
         return np.zeros(distance.size + 1)
 
     def by_the_first(self, distance: NDArray) -> NDArray:
-        """What the trailing sphere changes in `far` of all by being there, its own included."""
+        """What the trailing sphere changes in `far` by being there, itself too, shape (N,)."""
         return np.zeros(distance.size + 1)
 
     def by_the_last(self, distance: NDArray) -> NDArray:
-        """What the leading sphere changes in `far` of all by being there, its own included."""
+        """What the leading sphere changes in `far` by being there, itself too, shape (N,)."""
         return np.zeros(distance.size + 1)
 
     def _middle(self, distance: NDArray) -> NDArray:

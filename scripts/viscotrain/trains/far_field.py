@@ -30,7 +30,7 @@ from viscotrain.trains.closures import Closure
 SHARE = 0.01  # of the error that a step may have: so much an interval may have
 FIRST, LONGEST = 0.1, 5.0  # intervals in D/Ubar
 MOMENT = 0.01  # D/Ubar, over which rates of change are differences
-TREND = 1.5
+TREND = 1.5  # of what was missed, over the interval, that the rate changes by; see above
 
 
 class FarField:
